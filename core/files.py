@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 import contextlib
-import ctypes
 import errno
-import hashlib
 import os
 import re
 import secrets
 import shutil
-import socket
 import stat
-import sys
+import time
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
-from typing import IO, Any, BinaryIO, Literal, overload
-
-import psutil
+from typing import IO, TYPE_CHECKING, Any, BinaryIO, Literal, overload
 
 from riglens.core.errors import InputError
+
+if TYPE_CHECKING:
+    from filelock import BaseFileLock
 
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
@@ -70,7 +68,7 @@ def atomic_write(
 
     Everything goes to a temporary file in the same folder, is flushed to the disk and renamed when the
     block ends. On any exception, Ctrl-C included, the temporary file is removed and the old file stays; those
-    of runs that were killed are removed by the next write into the folder.
+    of runs that were killed are removed by the first write into the folder after a day.
     Text is UTF-8 with line ends as written. Devices and pipes (/dev/null, /dev/stdout) are written directly; a
     symbolic link keeps pointing where it did. Raise InputError (one line) when the target cannot be written.
     """
@@ -136,10 +134,7 @@ def atomic_folder(path: str | os.PathLike[str], files: Mapping[str, bytes]) -> N
         _require_replaceable(target, path, files)
         temporary.mkdir()
         for name, content in files.items():
-            with (temporary / name).open("xb") as stream:
-                stream.write(content)
-                stream.flush()
-                os.fsync(stream.fileno())
+            _write_to_disk(temporary / name, content)
         _swap_in(temporary, target)
     except OSError as error:
         raise InputError(f"{_shown(path)}: cannot be written: {error.strerror}") from error
@@ -151,7 +146,7 @@ def atomic_folder(path: str | os.PathLike[str], files: Mapping[str, bytes]) -> N
 def write_files(folder: str | os.PathLike[str], files: Mapping[str, bytes]) -> None:
     """Write files by their paths in a folder, creating folders; each appears at once and complete.
 
-    What killed runs left in these folders is removed. InputError when something cannot be written.
+    Raise InputError when something cannot be written.
     """
     root = Path(folder)
     made = {(root / name).parent for name in files}
@@ -164,10 +159,7 @@ def write_files(folder: str | os.PathLike[str], files: Mapping[str, bytes]) -> N
             place = root / name
             temporary = _temporary(place)
             try:
-                with temporary.open("xb") as stream:
-                    stream.write(content)
-                    stream.flush()
-                    os.fsync(stream.fileno())
+                _write_to_disk(temporary, content)
                 os.replace(temporary, place)
             finally:
                 temporary.unlink(missing_ok=True)
@@ -175,6 +167,13 @@ def write_files(folder: str | os.PathLike[str], files: Mapping[str, bytes]) -> N
         raise InputError(f"{_shown(place)}: cannot be written: {error.strerror}") from error
     for parent in sorted(made):
         _sync_folder(parent)
+
+
+def _write_to_disk(path: Path, content: bytes) -> None:
+    with path.open("xb") as stream:
+        stream.write(content)
+        stream.flush()
+        os.fsync(stream.fileno())
 
 
 def _require_replaceable(target: Path, path: str | os.PathLike[str], files: Mapping[str, bytes]) -> None:
@@ -189,89 +188,86 @@ def _require_replaceable(target: Path, path: str | os.PathLike[str], files: Mapp
 
 
 def _swap_in(temporary: Path, target: Path) -> None:
-    """Replace the old folder by the new one, in one step where the system can exchange two names.
+    """Give the new folder its name; the old one has another name for a moment.
 
-    Elsewhere the old folder has another name for a moment; should the run be killed then, `_remove_leftovers` gives
-    the name back.
+    Should the run be killed in that moment, `_remove_leftovers` gives the old folder its name back.
     """
     if not target.exists():
         os.rename(temporary, target)
         return
-    if _exchanged(temporary, target):
-        return
-    old = temporary.with_name(f"{temporary.name}{_OLD}")
+    old = _temporary(target, "old")
     os.rename(target, old)
     try:
         os.rename(temporary, target)
     except BaseException:
-        os.rename(old, target)
+        with contextlib.suppress(OSError):
+            os.rename(old, target)
         raise
     shutil.rmtree(old, ignore_errors=True)
-
-
-def _exchanged(one: Path, other: Path) -> bool:
-    """Exchange two names in one step; False where the system or the file system cannot."""
-    try:
-        library = ctypes.CDLL(None, use_errno=True)
-        if sys.platform == "darwin":
-            return int(library.renamex_np(os.fsencode(one), os.fsencode(other), ctypes.c_uint(2))) == 0
-        here = ctypes.c_int(-100)  # AT_FDCWD; 2 is RENAME_EXCHANGE here and RENAME_SWAP above
-        return int(library.renameat2(here, os.fsencode(one), here, os.fsencode(other), ctypes.c_uint(2))) == 0
-    except (OSError, AttributeError, TypeError):  # Windows, or a C library without the function
-        return False
 
 
 # ---------------------------------------------------------------- temporary names, and what killed runs left
 
 
-_OLD = ".old"
-_RUN = secrets.token_hex(4)
-"""Distinguishes this run from an earlier one with the same process number, as runs in containers have."""
-_LEFTOVER = re.compile(
-    r"\.(?P<name>.+)\.(?P<place>[0-9a-f]{8})-(?P<process>\d{1,9})-(?P<run>[0-9a-f]{8})-[0-9a-f]{12}\.tmp(?P<old>\.old)?"
-)
+_LEFTOVER = re.compile(r"\.(?P<name>.+)\.riglens-[0-9a-f]{12}\.(?P<kind>tmp|old)")
+_LEFTOVER_AGE_S = 86_400.0
+"""No file is written for so long without a change; clocks of servers may be minutes ahead."""
 _NAME_BYTES = 80
 
 
-def _temporary(target: Path) -> Path:
-    """Return a new name next to the target that identifies the writing process."""
-    owner = f"{_place()}-{os.getpid()}-{_RUN}"
+def _temporary(target: Path, kind: Literal["tmp", "old"] = "tmp") -> Path:
+    """Return a new name next to the target."""
     name = os.fsencode(target.name)[:_NAME_BYTES].decode("utf-8", "ignore")
-    return target.parent / f".{name}.{owner}-{secrets.token_hex(6)}.tmp"
-
-
-def _place() -> str:
-    """Return where process numbers mean the same: the machine, and the container."""
-    container = ""
-    with contextlib.suppress(OSError):
-        container = os.readlink("/proc/self/ns/pid")
-    return hashlib.sha256(f"{socket.gethostname()} {container}".encode()).hexdigest()[:8]
+    return target.parent / f".{name}.riglens-{secrets.token_hex(6)}.{kind}"
 
 
 def _remove_leftovers(folder: Path) -> None:
-    """Remove temporary files and folders whose process is gone; rename an old folder back if it lost its name."""
+    """Remove temporary files and folders of yesterday; rename an old folder back if it lost its name."""
     with contextlib.suppress(OSError):
         for entry in [Path(found) for found in os.scandir(folder) if found.name.startswith(".")]:
             found = _LEFTOVER.fullmatch(entry.name)
-            if found is None or not _is_dead(found["place"], int(found["process"]), found["run"]):
+            if found is None:
                 continue
             lost = folder / found["name"]
-            if (
-                found["old"]
-                and len(os.fsencode(found["name"])) < _NAME_BYTES - 3
-                and not os.path.lexists(lost)
-            ):
+            is_whole_name = len(os.fsencode(found["name"])) < _NAME_BYTES - 3
+            if found["kind"] == "old" and is_whole_name and not os.path.lexists(lost):
                 entry.rename(lost)
+            elif time.time() - entry.lstat().st_mtime < _LEFTOVER_AGE_S:
+                continue
             elif entry.is_dir() and not entry.is_symlink():
                 shutil.rmtree(entry, ignore_errors=True)
             else:
                 entry.unlink(missing_ok=True)
 
 
-def _is_dead(place: str, process: int, run: str) -> bool:
-    if place != _place():
-        return False
-    return run != _RUN if process == os.getpid() else not psutil.pid_exists(process)
+# ---------------------------------------------------------------- locks
+
+
+def hold_lock(path: Path) -> BaseFileLock:
+    """Make and lock a file until `release_lock`, or until the process is gone, however it ends.
+
+    Raise BlockingIOError when someone else holds the lock, another OSError when the folder or the file system does
+    not allow one.
+    """
+    from filelock import FileLock, Timeout  # takes 40 ms, which most commands need not wait for
+
+    # One holder whichever thread calls; a marker instead of a lock would outlive its process.
+    lock = FileLock(path, timeout=0, mode=0o600, thread_local=False, fallback_to_soft=False)
+    try:
+        lock.acquire()
+    except Timeout as error:
+        raise BlockingIOError(errno.EWOULDBLOCK, os.strerror(errno.EWOULDBLOCK), str(path)) from error
+    return lock
+
+
+def release_lock(lock: BaseFileLock) -> None:
+    """Give the lock back and delete its file."""
+    with contextlib.suppress(OSError):  # Windows deletes no open file: there `release` does it
+        os.unlink(lock.lock_file)
+    lock.release()
+
+
+# ---------------------------------------------------------------- one file
 
 
 def _problem(target: Path) -> str:

@@ -19,6 +19,10 @@ class Monitor:
     def note(self, line: str) -> None:
         """Take a remark that is not an error, one line."""
 
+    def advice(self, field: str, value: object) -> str:
+        """Return what gives a field a value where remarks are read: an option, or an argument in Python."""
+        return f"{field}={value}"
+
     def stage(self, title: str) -> AbstractContextManager[Stage]:
         """Follow a stage of the work while the block runs; yield what takes its progress."""
         return nullcontext(_drop)

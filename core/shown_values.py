@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+NONE = "—"
+"""Cell of a figure that there is none of."""
 SIGNIFICANT_DIGITS = 5
 
 

@@ -16,6 +16,7 @@ from riglens.core.geometry import triple
 from riglens.core.monitor import Monitor
 from riglens.core.scene.boxes import DataReport
 from riglens.core.sensors.registry import kind_named, kind_names
+from riglens.evaluation.names import argument_with
 from riglens.evaluation.options import SceneOptions
 
 StrPath = str | os.PathLike[str]
@@ -34,22 +35,28 @@ def warn(line: str) -> None:
     warnings.warn(line, RigLensWarning, stacklevel=level)
 
 
-class _Warnings(Monitor):
-    """Listener of scripts: a remark is a warning."""
+class Warnings(Monitor):
+    """Listener of one call from Python: each remark is a warning, once."""
+
+    def __init__(self) -> None:
+        self._noted = set[str]()
 
     def note(self, line: str) -> None:
         """Warn at the line of the caller's own code."""
-        warn(line)
+        if line not in self._noted:
+            self._noted.add(line)
+            warn(line)
 
-
-WARNINGS = _Warnings()
+    def advice(self, field: str, value: object) -> str:
+        """Return an argument."""
+        return argument_with(field, value)
 
 
 def warn_of_data(data: DataReport) -> None:
-    """Warn of boxes that do not count and of classes without any."""
+    """Warn of what is implausible about data, of boxes that do not count and of classes without any."""
     from riglens.evaluation.scenario import remarks_on
 
-    for line in remarks_on(data):
+    for line in remarks_on(data, argument_with):
         warn(line)
 
 

@@ -9,7 +9,7 @@ from typing import Literal
 
 from numpy.typing import ArrayLike
 
-from riglens.arguments import WARNINGS, StrPath, scene_options
+from riglens.arguments import StrPath, Warnings, scene_options
 from riglens.core.files import require_ending, require_writable
 from riglens.core.metric.scores import DEFAULT_LAMBDA, Body, Method, Reading
 from riglens.core.rig.model import Rig
@@ -63,14 +63,14 @@ def build_pog(
     Arguments as for `load_scene`; `workers` processes build parts at the same time, or the Dask cluster at `dask`.
     After an interruption the same call resumes.
     """
-    from riglens.core.pieces.where import Where
+    from riglens.core.pieces.backend import Backend
     from riglens.jobs.building import build
 
     options = scene_options(
         None, origin_m=origin_m, frames=frames, classes=classes, find_ground=find_ground, voxel_m=voxel_m,
         roi_m=roi_m,
     )  # fmt: skip
-    build([Path(one) for one in boxes], Path(out), options, Where(workers, dask), WARNINGS)
+    build([Path(one) for one in boxes], Path(out), options, Backend(workers, dask), Warnings())
     return load_scene(pog=out)
 
 
@@ -109,7 +109,7 @@ def simulate(
     the object that each is on. After an interruption the same call resumes. With `carla`, "HOST:PORT",
     `frames` frames of one rig are collected from that simulator instead.
     """
-    from riglens.core.pieces.where import Where
+    from riglens.core.pieces.backend import Backend
     from riglens.core.simulate.settings import SimulationSettings
     from riglens.core.simulate.units import Extras
     from riglens.jobs.simulating import DataSetJob, collect_in_carla, make_data_sets
@@ -120,12 +120,12 @@ def simulate(
     settings = SimulationSettings(seed, shape, range_law, phase, noise_m, dropout, clutter, road)
     score = ScoreOptions(body=body)
     several = with_blocking_meshes(rigs, score, mesh_folder)
-    extras, where = Extras(pictures, points), Where(workers, dask)
-    job = DataSetJob(Path(out), options, settings, extras, where, every, sequences)
+    extras, backend = Extras(pictures, points), Backend(workers, dask)
+    job = DataSetJob(Path(out), options, settings, extras, backend, every, sequences)
     if carla is not None:
-        return (collect_in_carla(several, carla, job, WARNINGS).folder,)
+        return (collect_in_carla(several, carla, job, Warnings()).folder,)
     job = replace(job, scene=options.surrounded(surroundings, in_town=True))
-    return tuple(made.folder for made in make_data_sets(several, score, job, WARNINGS))
+    return tuple(made.folder for made in make_data_sets(several, score, job, Warnings()))
 
 
 def report(
@@ -172,21 +172,21 @@ def report(
     require_writable(path, options.files)
     several = with_blocking_meshes(rigs, score.solid(), mesh_folder)
     labels = labels_of(project, revision, author)
-    write_report(several, path, options, score, _path(requirements), (draws, seed), labels, WARNINGS)
+    write_report(several, path, options, score, _path(requirements), (draws, seed), labels, Warnings())
     return path
 
 
 def verify_report(
     path: StrPath, boxes: StrPath | None = None, *, meshes: StrPath | None = None, threads: int | None = None
 ) -> bool:
-    """Make an earlier report again from what is attached to it, and return whether it is the same byte for byte.
+    """Make an earlier report again from what is attached; return whether figures, words and pictures are the same.
 
     `boxes`: the data that it was made of, where that was not the bundled town; `meshes`: the folder of its car bodies.
     """
     from riglens.reporting.making import verified
 
     options, score = SceneOptions(boxes=_path(boxes)), ScoreOptions(threads=threads)
-    return verified(Path(path), options, score, _path(meshes), WARNINGS).place is None
+    return verified(Path(path), options, score, _path(meshes), Warnings()).place is None
 
 
 def _path(path: StrPath | None) -> Path | None:

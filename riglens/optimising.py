@@ -8,7 +8,8 @@ from pathlib import Path
 
 from riglens.arguments import StrPath
 from riglens.core.optimise.mounts import LEVELS_DEG, TURNS_DEG, USUAL_RULES, Additions, moves_of
-from riglens.core.optimise.results import OptimiseResult, Problem
+from riglens.core.optimise.objectives import Problem
+from riglens.core.optimise.results import OptimiseResult
 from riglens.core.optimise.run import finished
 from riglens.core.optimise.weights import Weights
 from riglens.core.review.mounts import MountLimits

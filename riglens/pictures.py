@@ -19,7 +19,6 @@ from riglens.scenes import Scene
 from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, Fill, RayLook
 
 if TYPE_CHECKING:
-    from riglens.evaluation.options import HeatMode
     from riglens.rendering.render import Theme, View
     from riglens.widgets.viewport.scene_state import SceneState
 
@@ -36,7 +35,7 @@ def render(
     size_px: tuple[int, int] = (1280, 800),
     scale: int = 1,
     class_name: ClassName = "car",
-    heatmap: HeatMode = "seen",
+    heatmap: str = "seen",
     baseline: Rig | None = None,
     theme: Theme = "dark",
     transparent: bool = False,
@@ -66,9 +65,9 @@ def render(
     size_px, scale
         Width and height in pixels, and how many times as many pixels to draw along each side.
     class_name, heatmap
-        What the heatmap shows: "probability", "entropy", "seen", "unseen", "sensors", "change" or "off".
+        What the heatmap shows: the key of a heatmap of voxels (docs/heatmap.md), or "off".
     baseline
-        The rig that `heatmap="change"` starts from.
+        The rig that a heatmap of changes starts from.
     theme, transparent
         "dark" or "light"; no background at all.
     title, scores
@@ -123,7 +122,7 @@ def show(
     rig: Rig,
     scene: Scene | None = None,
     *,
-    heatmap: HeatMode = "seen",
+    heatmap: str = "seen",
     class_name: ClassName = "car",
     view: View = "iso",
     theme: Theme = "light",
@@ -150,7 +149,7 @@ def show(
 def _state(
     rig: Rig,
     scene: Scene | None,
-    heatmap: HeatMode,
+    heatmap: str,
     class_name: ClassName,
     theme: Theme,
     mesh_folder: StrPath,
@@ -165,7 +164,7 @@ def _state(
     return scored_state(rig, scene.pog, scene.field, picture, settings=settings)
 
 
-def _png(rig: Rig, scene: Scene | None, heatmap: HeatMode) -> bytes | None:
+def _png(rig: Rig, scene: Scene | None, heatmap: str) -> bytes | None:
     """Return a picture for a notebook, None if the libraries that draw are missing."""
     from riglens.rendering.display import prepare_drawing
     from riglens.rendering.system_libraries import MissingLibraries
@@ -204,7 +203,7 @@ def _scene_png(scene: Scene) -> bytes | None:
     return _drawn_once(scene, Rig(), scene, "entropy")
 
 
-def _drawn_once(shown: object, rig: Rig, scene: Scene, heatmap: HeatMode) -> bytes | None:
+def _drawn_once(shown: object, rig: Rig, scene: Scene, heatmap: str) -> bytes | None:
     """Return the picture of a scene or a result, kept with it: a notebook asks for it as PNG and within HTML."""
     if "_png" not in vars(shown):
         vars(shown)["_png"] = _png(rig, scene, heatmap)

@@ -15,9 +15,13 @@ import numpy as np
 from riglens.core.blind.zones import HEIGHTS_M, BlindMap
 from riglens.core.engine.audit import RigAudit, SensorAudit, audit_document
 from riglens.core.engine.engine import Evaluation
-from riglens.core.engine.evaluation_json import evaluation_document
+from riglens.core.figures.documents import evaluation_document, figures_of, objects_document
+from riglens.core.figures.evaluated import Evaluated
+from riglens.core.figures.figure import Estimate
+from riglens.core.figures.objects import ClassParts, ObjectFigure, Part, parts_by_class, parts_by_sector
+from riglens.core.figures.registry import object_figures
 from riglens.core.metric.entropy import EntropyField
-from riglens.core.metric.scores import ClassScores, KindScore
+from riglens.core.metric.scores import KindScore
 from riglens.core.plain import to_plain
 from riglens.core.review.documents import SPREAD, blind_document
 from riglens.core.review.findings import Verdict
@@ -31,12 +35,10 @@ from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.pog import Pog
 from riglens.core.scene.sectors import SECTORS
 from riglens.core.shown_text import visible
+from riglens.core.targets.counts import Counted
 from riglens.core.targets.detection_range import DetectionRange
 from riglens.core.targets.detection_range_table import range_document, range_lines
 from riglens.core.targets.object_table import object_table
-from riglens.core.targets.scores import ClassTargets, Row, TargetScores, sectors_of
-from riglens.core.targets.targets_json import targets_document
-from riglens.core.targets.traffic import Traffic
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -62,7 +64,9 @@ class Result(ABC):
         """Return the main figures as an Arrow table; `.to_pandas()` where pandas is installed."""
         import pyarrow
 
-        return pyarrow.Table.from_pylist(self.rows())
+        rows = self.rows()
+        names = columns_of(rows)  # from_pylist takes those of the first row
+        return pyarrow.Table.from_pylist([{name: row.get(name) for name in names} for row in rows])
 
     def _repr_html_(self) -> str:
         return html_table(repr(self).strip("<>"), self.rows())
@@ -96,9 +100,14 @@ class ByName(Result, Mapping[str, T], Generic[T]):
         return len(self._by_name)
 
 
+def columns_of(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Return the columns of all rows, in the order in which they occur."""
+    return list(dict.fromkeys(name for row in rows for name in row))
+
+
 def html_table(title: str, rows: Sequence[Mapping[str, Any]], picture: bytes | None = None) -> str:
     """Return a small table for a notebook, below a PNG picture if there is one; every text is escaped."""
-    columns = list(dict.fromkeys(name for row in rows for name in row))
+    columns = columns_of(rows)
     head = "".join(f"<th>{_text(name)}</th>" for name in columns)
     body = "".join(
         "<tr>" + "".join(f"<td>{_text(row.get(name))}</td>" for name in columns) + "</tr>"
@@ -124,7 +133,8 @@ class ClassResult:
 
     `seen` is the share of the entropy `h_total` that any sensor sees, `seen_camera` and `seen_lidar` those of the
     cameras and of the LiDARs, `by_kind` the scores of each kind of sensor by name. S-MS (`s_ms`) decreases as coverage
-    grows.
+    grows. `figures` holds every figure by key, such as "predicted", each with a `value`, a standard error `se`, a
+    `state` and, where it is "none" or "outside" its domain, the `reason`; those of objects where traffic was given.
     """
 
     h_total: float
@@ -135,14 +145,18 @@ class ClassResult:
     s_mig_camera: float
     s_mig_lidar: float
     by_kind: Mapping[str, KindScore]
+    figures: Mapping[str, Estimate]
 
     @classmethod
-    def of(cls, scores: ClassScores) -> ClassResult:
+    def of(cls, rig: Evaluated, name: str) -> ClassResult:
         """Return the figures of one class."""
+        assert rig.voxels is not None
+        scores = rig.voxels.scores.classes[name]
         camera, lidar = scores.camera, scores.lidar
         return cls(
             *(scores.h_total, scores.any_seen, camera.seen, lidar.seen, scores.s_ms),
             *(camera.s_mig, lidar.s_mig, scores.kinds),
+            {one.key: one.of(rig, name) for one in figures_of(rig) if one.per_class},
         )
 
 
@@ -152,11 +166,16 @@ class RigResult(ByName[ClassResult]):
 
     pog: Pog
     field: EntropyField
-    _evaluation: Evaluation
+    _evaluated: Evaluated
 
     @cached_property
     def _by_name(self) -> Mapping[str, ClassResult]:
-        return {name: ClassResult.of(scores) for name, scores in self._evaluation.scores.classes.items()}
+        return {name: ClassResult.of(self._evaluated, name) for name in CLASSES}
+
+    @property
+    def _evaluation(self) -> Evaluation:
+        assert self._evaluated.voxels is not None
+        return self._evaluated.voxels
 
     def __repr__(self) -> str:
         seen = ", ".join(f"{name} seen {found.seen:.1%}" for name, found in self.items())
@@ -179,7 +198,7 @@ class RigResult(ByName[ClassResult]):
 
     def to_dict(self) -> dict[str, Any]:
         """Return the JSON of `riglens evaluate RIG`."""
-        return evaluation_document(self.field, self._evaluation.settings, [self._evaluation])
+        return evaluation_document(self.field, self._evaluation.settings, [self._evaluated])
 
     def rows(self) -> Rows:
         """Return a row per class."""
@@ -187,85 +206,86 @@ class RigResult(ByName[ClassResult]):
             {
                 "class": name,
                 "h_total": found.h_total,
-                "seen": found.seen,
-                **{f"seen_{kind}": score.seen for kind, score in found.by_kind.items()},
-                "s_ms": found.s_ms,
-                **{f"s_mig_{kind}": score.s_mig for kind, score in found.by_kind.items()},
+                **{key: one.value for key, one in found.figures.items() if one.exists},
             }
             for name, found in self.items()
         ]
 
 
 @dataclass(frozen=True, eq=False)
-class TargetResult(ByName[ClassTargets]):
-    """Hit coverage of a rig by class: `result["car"].total.on_target.value`.
+class TargetResult(ByName[ClassParts]):
+    """Figures of a rig for objects by class: `result["car"].total.on_target.value`.
 
-    `total` holds the figures of all objects of the class, `rings` those of rings of distance. A figure that is a
-    mean has a `value` and, where a sample of frames was used, its standard error `se`.
+    `total` holds the figures of all objects of the class by key, `rings` those of rings of distance. Each has a
+    `value`, its standard error `se`, and a `state`: "exact", "sampled" where not all frames were used, "outside" the
+    domain of a calibration, or "none" with the `reason`.
     """
 
-    _traffic: Traffic
-    _scores: TargetScores
+    _counted: Counted
+
+    @cached_property
+    def _by_name(self) -> Mapping[str, ClassParts]:
+        return parts_by_class(self._counted, self._figures, with_rings=True)
 
     @property
-    def _by_name(self) -> Mapping[str, ClassTargets]:
-        return self._scores.classes
+    def _figures(self) -> tuple[ObjectFigure, ...]:
+        return object_figures(sensor.kind for sensor in self.rig.sensors if sensor.enabled)
 
     def __repr__(self) -> str:
-        parts = (f"{name} on target {found.total.on_target.value:.1%}" for name, found in self.items())
+        first = next(figure for figure in self._figures if figure.leads and figure.calibration is None)
+        parts = (
+            f"{name} {first.title.lower()} {found.total[first.key].value:.1%}" for name, found in self.items()
+        )
         return f"<TargetResult of {self.rig.name}: {', '.join(parts)}>"
 
     @property
     def rig(self) -> Rig:
         """The rig that was counted for."""
-        return self._scores.rig
+        return self._counted.rig
 
     @property
     def frames_used(self) -> int:
         """Number of frames in which objects were counted."""
-        return self._scores.frames_used
+        return self._counted.frames_used
 
     @property
     def elapsed_ms(self) -> float:
         """Time of the counting; the first of a process includes loading the compiled code."""
-        return self._scores.elapsed_ms
+        return self._counted.elapsed_ms
 
     def objects(self) -> pa.Table:
-        """Return an Arrow table with a row per object, as `riglens evaluate RIG --targets --objects FILE` writes it."""
-        return object_table(self._traffic, self._scores)
+        """Return an Arrow table with a row per object, as `riglens evaluate RIG --objects FILE` writes it."""
+        return object_table(self._counted)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the JSON of `riglens targets RIG`."""
-        return targets_document(self._traffic, [self._scores])
+        """Return the JSON of objects of `riglens evaluate RIG`."""
+        return objects_document([self._counted])
 
     def rows(self) -> Rows:
         """Return a row per class and ring of distance, the first of a class for all of its objects."""
         return [
-            {"class": name} | _flat(row)
+            {"class": name} | self._row(part)
             for name, found in self.items()
-            for row in (found.total, *found.rings)
+            for part in (found.total, *found.rings)
         ]
 
     def by_sector(self) -> Rows:
         """Return a row per class and sector of 45 degrees around the car, named as in `riglens check`."""
         return [
-            {"class": name, "sector": sector} | _flat(row)
-            for name, sectors in sectors_of(self._traffic, self._scores).items()
-            for sector, row in sectors.items()
+            {"class": name, "sector": sector} | self._row(part)
+            for name, sectors in parts_by_sector(self._counted, self._figures).items()
+            for sector, part in sectors.items()
         ]
 
-
-def _flat(row: Row) -> dict[str, Any]:
-    """Return the figures of a row, estimates as two columns."""
-    plain = to_plain(row)
-    by_kind = plain.pop("by_kind")
-    found: dict[str, Any] = {}
-    for name, value in (plain | {f"share_{kind}": share for kind, share in by_kind.items()}).items():
-        if isinstance(value, dict):
-            found |= {name: value["value"], f"{name}_se": value["se"]}
-        else:
-            found[name] = value
-    return found
+    def _row(self, part: Part) -> dict[str, Any]:
+        """Return the figures of some objects, with standard errors where they can have one."""
+        found: dict[str, Any] = {"from_m": part.from_m, "to_m": part.to_m, "objects": part.objects}
+        for figure in self._figures:
+            estimate = part[figure.key]
+            found[figure.key] = estimate.value if estimate.exists else None
+            if not figure.is_median:
+                found[f"{figure.key}_se"] = estimate.se
+        return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -292,7 +312,7 @@ class AuditResult(ByName[SensorAudit]):
         return self._audit.rig
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the JSON of `riglens audit RIG`."""
+        """Return the JSON of the part `audit` of `riglens review`."""
         return audit_document(self._audit)
 
     def rows(self) -> Rows:
@@ -328,7 +348,7 @@ class BlindResult(Result):
         return picture(blind_figure(self.zones, "any", 1))
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the JSON of `riglens blind RIG`."""
+        """Return the JSON of the part `blind` of `riglens review`."""
         return blind_document(self.zones, self.profiles)
 
     def rows(self) -> Rows:
@@ -357,7 +377,7 @@ class RangeResult(Result):
         return picture(range_figure(self.ranges))
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the JSON of `riglens card RIG`."""
+        """Return the JSON of the part `range` of `riglens review`."""
         return range_document(self.ranges)
 
     def rows(self) -> Rows:
@@ -443,7 +463,7 @@ class MountsResult(Documented):
             {
                 "sensor": mount.name,
                 "height_m": mount.height_m,
-                "gap_m": mount.stand.gap_m,
+                "gap_m": mount.status.gap_m,
                 "nearest_sensor": mount.neighbour,
                 "nearest_sensor_m": mount.neighbour_m,
                 "problem": wrong.get(mount.name),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from riglens.arguments import WARNINGS, StrPath
+from riglens.arguments import StrPath, Warnings
 from riglens.core.blind.zones import BlindSettings
 from riglens.core.errors import InputError
 from riglens.core.metric.scores import Body, Method
@@ -68,7 +68,7 @@ def blind(
         profiles_in(list(map(Path, profiles))),
     )
     rig = with_blocking_mesh(rig, "blocks", mesh_folder)
-    return BlindResult(*blind_zones(rig, settings, judged, threads, WARNINGS))
+    return BlindResult(*blind_zones(rig, settings, judged, threads, Warnings()))
 
 
 def detection_range(
@@ -132,7 +132,7 @@ def redundancy(
     options = ScoreOptions(method, threads=threads, body=body)
     rig = with_blocking_mesh(rig, options.body_of(rig), mesh_folder)
     found = redundancy_of(
-        rig, scene.field, traffic, options, TargetSettings(min_points=min_points), halves, WARNINGS
+        rig, scene.field, traffic, options, TargetSettings(min_points=min_points), halves, Warnings()
     )
     return RedundancyResult(found.document(), rig, found.voxels, found.targets)
 
@@ -202,10 +202,10 @@ def check(
     score = ScoreOptions(threads=threads, body=body).as_required(asked.required.body, asked.file)
     if scene is None and asked.required.needs_scene:
         scene = load_scene()
-    if traffic is None and asked.required.needs_road_users:
+    if traffic is None and asked.required.needs_objects:
         traffic = load_traffic()
     needed = CheckData(None if scene is None else scene.field, traffic)
-    found = checked(several, score, needed, asked, WARNINGS)
+    found = checked(several, score, needed, asked, Warnings())
     return CheckResult(found.document(), {one.rig.name: one.verdicts for one in found.checks})
 
 

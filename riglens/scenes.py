@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from riglens.arguments import ClassName, StrPath, require_kind, scene_options, warn, warn_of_data
 from riglens.core.engine.audit import audit as audit_rig
 from riglens.core.engine.engine import Engine, evaluate_from_scratch
+from riglens.core.figures.evaluated import Evaluated, EvaluationSettings, Evaluator
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import DEFAULT_LAMBDA, Body, Method, Reading
 from riglens.core.rig.body_mesh import BodyMesh
@@ -22,6 +23,8 @@ from riglens.core.scene.boxes import CLASSES, DataReport, Progress
 from riglens.core.scene.columns import unpack
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Pog
+from riglens.core.targets.settings import TargetSettings
+from riglens.core.targets.traffic import Traffic
 from riglens.core.vehicle.mesh_file import with_mesh_read
 from riglens.evaluation.options import ScoreOptions
 from riglens.evaluation.scenario import load_scenario, settings_of
@@ -151,6 +154,7 @@ def load_scene(
 def score(
     rig: Rig,
     scene: Scene,
+    traffic: Traffic | None = None,
     *,
     method: Method = "exact",
     reading: Reading = "covered",
@@ -165,6 +169,8 @@ def score(
     ----------
     rig, scene
         What to score, and the traffic to score it on.
+    traffic
+        The same traffic as single objects, from `load_traffic`, for the figures of objects.
     method
         How rays visit voxels: "exact" or "bresenham".
     reading
@@ -184,7 +190,12 @@ def score(
     options = ScoreOptions(method, reading, camera_weight, threads, body)
     rig = with_blocking_mesh(rig, options.body_of(rig), mesh_folder)
     (found,) = evaluate_from_scratch(scene.field, [rig], settings_of(options), threads)
-    return RigResult(scene.pog, scene.field, found)
+    settings = EvaluationSettings(settings_of(options), TargetSettings(body=options.body))
+    counted = None
+    if traffic is not None:
+        counted = Evaluator(None, traffic, settings, threads)(rig, ("objects",)).objects
+    evaluated = Evaluated(rig, settings, scene.field, found, counted)
+    return RigResult(scene.pog, scene.field, evaluated)
 
 
 def audit(
@@ -263,8 +274,10 @@ class SceneEngine(ForManyRigs):
             rig = with_blocking_mesh(rig, options.body_of(rig), mesh_folder)
             if rig.vehicle.body_mesh is not None:
                 self._meshes[place] = rig.vehicle.body_mesh
-        found = self._engine.evaluate(rig, settings_of(options), with_seen=False)
-        return RigResult(self._scene.pog, self._scene.field, found)
+        settings = EvaluationSettings(settings_of(options))
+        found = self._engine.evaluate(rig, settings.metric, with_seen=False)
+        evaluated = Evaluated(rig, settings, self._scene.field, found)
+        return RigResult(self._scene.pog, self._scene.field, evaluated)
 
 
 # ---------------------------------------------------------------- rays and the car's body

@@ -14,7 +14,7 @@ from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin, get_t
 import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
-from riglens.arguments import WARNINGS, StrPath
+from riglens.arguments import StrPath, Warnings
 from riglens.core.errors import InputError
 from riglens.core.rig.model import FORMAT_VERSION, Rig
 from riglens.evaluation.options import SceneOptions, ScoreOptions
@@ -64,7 +64,7 @@ def study(name: Study, *inputs: StrPath | Rig, out: StrPath = "out", **options: 
             _taken(SceneOptions, asked.scene, given),
             _taken(ScoreOptions, asked.score, given),
             folder,
-            WARNINGS,
+            Warnings(),
         )
         for key, value in given.items():
             if value is not None:

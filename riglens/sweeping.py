@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from numpy.typing import ArrayLike
 
-from riglens.arguments import WARNINGS, StrPath, scene_options
+from riglens.arguments import StrPath, Warnings, scene_options
 from riglens.core.metric.scores import DEFAULT_LAMBDA, Body, Method, Reading
 from riglens.core.rig.model import Rig
 from riglens.core.sweep.design import Span, Sweep
@@ -133,7 +133,7 @@ def sweep(
     The other arguments are those of `load_scene`, `load_traffic`, `score` and `targets`. Raises InputError for a field
     that is not there, a value that does not fit, or arguments that disagree.
     """
-    from riglens.core.pieces.where import Where
+    from riglens.core.pieces.backend import Backend
     from riglens.evaluation.sweeping import LoadedSweep
     from riglens.jobs.sweeping import design_of, run_sweep, sweep_options
 
@@ -151,4 +151,4 @@ def sweep(
     with tempfile.TemporaryDirectory(prefix="riglens-") as folder:
         path = Path(folder) / "sweep.parquet" if out is None else Path(out)
         loaded = LoadedSweep(Sweep.of(several, made), options, made.kind, threads)
-        return SweepResult(run_sweep(loaded, path, Where(workers, dask), WARNINGS))
+        return SweepResult(run_sweep(loaded, path, Backend(workers, dask), Warnings()))

@@ -8,11 +8,12 @@ from pathlib import Path
 
 from numpy.typing import ArrayLike
 
-from riglens.arguments import StrPath, scene_options, warn_of_data
+from riglens.arguments import StrPath, scene_options, warn, warn_of_data
 from riglens.core.errors import InputError
 from riglens.core.metric.scores import Body
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import Progress
+from riglens.core.scene.survey import doubtful
 from riglens.core.targets.calibration import MATCH_M, MIN_SCORE, Calibration
 from riglens.core.targets.calibration import WITHIN_M as CALIBRATED_WITHIN_M
 from riglens.core.targets.engine import TargetEngine
@@ -20,6 +21,7 @@ from riglens.core.targets.settings import Phase, TargetSettings
 from riglens.core.targets.shapes import Shape
 from riglens.core.targets.traffic import WITHIN_M
 from riglens.core.targets.traffic import Traffic as Boxes
+from riglens.evaluation.names import argument_with
 from riglens.evaluation.options import ScoreOptions
 from riglens.evaluation.traffic import load_traffic as load_boxes
 from riglens.results import TargetResult
@@ -121,7 +123,7 @@ class TrafficEngine(ForManyRigs):
         body = ScoreOptions(body=body).body_of(rig)
         settings = TargetSettings(shape, range_law, phase, seed, min_points, body, calibration)
         found = self._engine.evaluate(with_blocking_mesh(rig, body, mesh_folder), settings, sample)
-        return TargetResult(self._engine.traffic, found)
+        return TargetResult(found)
 
 
 def targets(
@@ -202,4 +204,7 @@ def calibrate(
     from riglens.evaluation.calibrating import calibrated  # loads scipy's optimisers
 
     options = scene_options(boxes, origin_m=origin_m, frames=None, classes=classes, find_ground=False)
-    return calibrated(Path(detections), options, within_m, Rules(min_score, match_m), name, rig)
+    traffic = load_boxes(options, within_m)
+    for line in doubtful(traffic.data, argument_with):
+        warn(line)
+    return calibrated(Path(detections), options, traffic, Rules(min_score, match_m), name, rig)

@@ -40,22 +40,27 @@ PER_RIG = {
     "evaluate-residual": "evaluate RIG --voxel 0.2 --reading residual --body blocks --json scores.json",
     "evaluate-hits": "evaluate RIG --voxel 0.2 --reading hits --body ignored --json -",
     "evaluate-boxes": f"evaluate RIG {BOX} --voxel 0.25 --roi 40 30 3 --origin 0.1 -0.2 0 --frames 80 --json -",
-    "targets": "targets RIG --sample 30 --json -",
-    "targets-table": "targets RIG --sample 15 --surroundings block --seed 3 --min-points 8 --within 45",
-    "targets-plain": f"targets RIG {BOX} --shape box --range-law off --phase 0 --body ignored --json t.json"
+    "targets": "evaluate RIG --targets --voxel 0.4 --sample 30 --json -",
+    "targets-table": "evaluate RIG --targets --voxel 0.4 --sample 15 --surroundings block --seed 3"
+    " --min-points 8 --within 45",
+    "targets-plain": f"evaluate RIG --targets --voxel 0.4 {BOX} --shape box --range-law off --phase 0"
+    " --body ignored --json t.json"
     " --objects objects.csv",
-    "targets-behind": f"targets RIG {BOX} --occluders ../in/occluders.csv ../in/poses.csv --body blocks"
+    "targets-behind": f"evaluate RIG --targets --voxel 0.4 {BOX}"
+    " --occluders ../in/occluders.csv ../in/poses.csv --body blocks"
     " --objects objects.parquet --json -",
-    "audit": "audit RIG --voxel 0.2 --json audit.json",
-    "audit-ignored": f"audit RIG {BOX} --voxel 0.4 --body ignored",
-    "card": "card RIG --directions 4 --csv card.csv --json -",
-    "card-table": "card RIG --min-points 10 --min-height 40 --to 90 --directions 3 --reaction 0.8 --body ignored",
-    "blind": "blind RIG --voxel 0.25 --json -",
-    "blind-map": "blind RIG --voxel 0.5 --width 0 --by lidar --sensors 2 --within 8 --out map.csv",
-    "redundancy": f"redundancy RIG {BOX} --voxel 0.2 --json -",
-    "redundancy-table": "redundancy RIG --voxel 0.4 --no-road-users --reading covered",
-    "tolerance": f"tolerance RIG {BOX} --voxel 0.4 --draws 8 --sample 10 --json - --worst worst.yaml",
-    "tolerance-table": f"tolerance RIG {BOX} --voxel 0.5 --draws 4 --sample 0 --profile ride --seed 2",
+    "audit": "review RIG --only audit --voxel 0.2 --json audit.json",
+    "audit-table": f"review RIG --only audit {BOX} --voxel 0.4",
+    "range": "review RIG --only range --directions 4 --range-csv range.csv --json -",
+    "range-table": "review RIG --only range --min-points 10 --min-height 40 --range-to 90 --directions 3"
+    " --reaction 0.8",
+    "blind": "review RIG --only blind --blind-voxel 0.25 --json -",
+    "blind-map": "review RIG --only blind --blind-voxel 0.5 --blind-width 0 --blind-by lidar --blind-sensors 2"
+    " --blind-within 8 --blind-map map.csv",
+    "redundancy": f"review RIG --only redundancy {BOX} --voxel 0.2 --json -",
+    "redundancy-table": "review RIG --only redundancy --voxel 0.4 --no-objects --reading covered",
+    "tolerance": f"review RIG --only tolerance {BOX} --voxel 0.4 --draws 8 --sample 10 --json - --worst worst.yaml",
+    "tolerance-table": f"review RIG --only tolerance {BOX} --voxel 0.5 --draws 4 --sample 0 --errors ride --seed 2",
     "check": f"check RIG {BOX} --requirements ../in/easy.yaml --voxel 0.25 --json verdicts.json",
     "check-hard": f"check RIG {BOX} --requirements ../in/hard.yaml --voxel 0.25",
 }
@@ -63,27 +68,29 @@ OTHERS = {
     "scene": {
         "fine": "evaluate W+T ../in/skew.yaml --voxel 0.1 --json -",
         "fine-blocks": "evaluate Trapezoid 'nuScenes car' --voxel 0.1 --body blocks --json -",
-        "auto-voxel": f"evaluate Center {BOX} --voxel auto --tolerance 3 --json -",
+        "auto-voxel": f"evaluate Center {BOX} --voxel auto --voxel-tolerance 3 --json -",
         "threads": "evaluate W+T ../in/van.yaml --voxel 0.2 --threads 1 --json -",
         "classes": f"evaluate Line {BOX} --classes tram=car --classes 'bi*=ignore' --voxel 0.25 --json -",
         "ground": f"evaluate Line {BOX} --ground auto --voxel 0.25 --json -",
-        "pog": "pog ../in/boxes.csv --voxel 0.2 --out a.npz; evaluate W+T --pog a.npz --json -;"
-        "audit Line --pog a.npz --json -; redundancy W+T --pog a.npz --no-road-users --json -",
-        "pog-two": "pog ../in/boxes.csv ../in/more.parquet --voxel 0.25 --workers 1 --out b.npz",
-        "pog-kitti": "pog ../in/kitti --voxel 0.25 --roi 50 40 4 --out c.npz",
-        "data": "data ../in/boxes.csv --json -",
-        "data-two": "data ../in/boxes.csv ../in/more.parquet --origin -1.35 0 0.1",
-        "data-kitti": "data ../in/kitti --json -; targets Center --boxes ../in/kitti --json -",
+        "pog": "data build ../in/boxes.csv --voxel 0.2 --out a.npz; evaluate W+T --pog a.npz --json -;"
+        "review Line --only audit --pog a.npz --json -; review W+T --only redundancy --pog a.npz --json -",
+        "pog-two": "data build ../in/boxes.csv ../in/more.parquet --voxel 0.25 --workers 1 --out b.npz",
+        "pog-kitti": "data build ../in/kitti --voxel 0.25 --roi 50 40 4 --out c.npz",
+        "data": "data show ../in/boxes.csv --json -",
+        "data-two": "data show ../in/boxes.csv ../in/more.parquet --origin -1.35 0 0.1",
+        "data-kitti": "data show ../in/kitti --json -; evaluate Center --targets --voxel 0.4"
+        " --boxes ../in/kitti --json -",
     },
     "lists": {
-        "presets": "presets",
-        "library": "library",
-        "library-json": "library --json",
-        "library-lidars": "library --kind lidar --json",
-        "library-one": "library velodyne-vlp-32c; library waymo-front --json",
+        "rigs": "list rigs",
+        "sensors": "list sensors",
+        "sensors-json": "list sensors --json -",
+        "sensors-lidars": "list sensors --kind lidar --json -",
+        "sensors-one": "list sensors velodyne-vlp-32c; list sensors waymo-front --json -",
     },
     "library": {
-        "own": "library --library ../in/library.yaml; library bench-lidar --library ../in/library.yaml --json",
+        "own": "list sensors --library ../in/library.yaml;"
+        "list sensors bench-lidar --library ../in/library.yaml --json -",
     },
     "library rig": {
         "own": "evaluate ../in/bench.yaml --library ../in/library.yaml --voxel 0.2 --json -;"
@@ -112,42 +119,48 @@ OTHERS = {
         "mesh": f"report ../in/mesh.yaml {BOX} --requirements ../in/hard.yaml --voxel 0.5 --draws 0 --out r.html",
     },
     "extras": {
-        "blind-profile": "blind W+T --voxel 0.25 --profile ../in/profiles.yaml --json -",
-        "blind-camera": "blind ../in/van.yaml --by camera --out map.png --voxel 0.2",
-        "card-chart": "card ../in/truck.yaml --directions 6 --chart card.png",
+        "blind-profile": "review W+T --only blind --blind-voxel 0.25 --profile ../in/profiles.yaml --json -",
+        "blind-camera": "review ../in/van.yaml --only blind --blind-by camera --blind-map map.png --blind-voxel 0.2",
+        "range-chart": "review ../in/truck.yaml --only range --directions 6 --range-chart range.png",
         "check-profile": "check Center --requirements ../in/mounts.yaml --profile ../in/profiles.yaml --json -",
         "check-own": f"check ../in/skew.yaml {BOX} --requirements ../in/own.yaml --voxel 0.25 --json -",
-        "brackets": f"tolerance ../in/skew.yaml {BOX} --profile brackets --voxel 0.25 --draws 8 --no-sensitivities"
-        " --worst w.yaml --figure 'on_target pedestrian' --json -",
+        "brackets": f"review ../in/skew.yaml --only tolerance {BOX} --errors brackets --voxel 0.25 --draws 8"
+        " --no-sensitivities"
+        " --worst w.yaml --worst-by 'on_target pedestrian' --json -",
     },
 }  # fmt: skip
 BAD = (
-    "evaluate W+X", "evaluate", "evalute W+T", "Presets", "data ''", "evaluate W+T --json ''", "evaluate W+T --pog .",
+    "evaluate W+X", "evaluate", "evalute W+T", "Evaluates", "data show ''", "evaluate W+T --json ''",
+    "evaluate W+T --pog .",
     "evaluate W+T --voxel 0.3", "evaluate W+T --voxel nan", "evaluate W+T --voxel small", "evaluate W+T --roi 60 40",
     "evaluate W+T --roi 60 -40 4", "evaluate W+T --lambda -1", "evaluate W+T --threads 1.5", "evaluate W+T --frames 9",
     "evaluate W+T --method guess", "evaluate W+T --reading literal", "evaluate W+T --body glass",
-    "evaluate W+T --boxez a.csv", "evaluate W+T --boxes nowhere", "evaluate W+T --tolerance 2",
+    "evaluate W+T --boxez a.csv", "evaluate W+T --boxes nowhere", "evaluate W+T --voxel-tolerance 2",
     "evaluate ../in/bad-key.yaml", "evaluate ../in/bad-number.yaml", "evaluate ../in/bad-yaml.yaml",
     "evaluate ../in/bad-twice.yaml", "evaluate ../in/bad-version.yaml", "evaluate W+T --boxes ../in/bad.csv",
-    "evaluate W+T --boxes ../in/short.csv", "pog ../in/boxes.csv --out no/such.npz",
-    "pog ../in/boxes.csv --out ../in/boxes.csv",
+    "evaluate W+T --boxes ../in/short.csv", "data build ../in/boxes.csv --out no/such.npz",
+    "data build ../in/boxes.csv --out ../in/boxes.csv",
     f"evaluate W+T {BOX} --frames 2", f"evaluate W+T {BOX} --classes tram=train", f"evaluate W+T {BOX} --classes tram",
-    "convert W+T a --to nothing", "convert ../in/boxes.csv a.urdf", "convert nowhere a.yaml", "presets X",
-    "library nothing", "targets W+T --min-points 0", "targets W+T --sample 0",
-    "targets W+T Line --objects a.csv", "card W+T --directions 0", "card W+T --csv a.txt", "blind W+T --within 0",
-    "blind W+T --out a.txt", "blind W+T --profile ../in/easy.yaml", "tolerance W+T --profile magic",
-    "tolerance W+T --draws 0", "check W+T", "check W+T --requirements ../in/bad-need.yaml", "report W+T --out a.txt",
+    "convert W+T a --to nothing", "convert ../in/boxes.csv a.urdf", "convert nowhere a.yaml", "list rigs X",
+    "list sensors nothing", "evaluate --targets W+T --min-points 0", "evaluate --targets W+T --sample 0",
+    "evaluate --targets W+T Line --objects a.csv", "review W+T --directions 0", "review W+T --range-chart a.txt",
+    "review W+T --blind-within 0",
+    "review W+T --blind-map a.txt", "review W+T --profile ../in/easy.yaml", "review W+T --errors magic",
+    "review W+T --draws 0", "check W+T", "check W+T --requirements ../in/bad-need.yaml", "report W+T --out a.txt",
     "report --verify ../in/easy.yaml", "simulate W+T --out s --every 0", "simulate ../in/bare.yaml --out s",
-    "study table1 --csv no/such.csv", "study targets ../in/true.csv --out .", "study nothing", "audit W+T --voxel 7",
-    "redundancy W+T --within -1", "library --library ../in/easy.yaml",  # the last: a library stays in use
+    "study table1 --csv no/such.csv", "study targets ../in/true.csv --out .", "study nothing",
+    "review W+T --only audit --voxel 7",
+    "review W+T --only redundancy --within -1",
+    "list sensors --library ../in/easy.yaml",  # the last: a library stays in use
 )  # fmt: skip
 REAL = {
     "nuscenes": "evaluate 'nuScenes car' --boxes DATA/boxes/nuscenes_mini_val_ego.csv.gz --origin -1.35 0 0"
     " --voxel 0.2 --json -",
-    "nuscenes-targets": "targets 'nuScenes car' --boxes DATA/boxes/nuscenes_mini_val_ego.csv.gz --origin -1.35 0 0"
-    " --json -",
-    "kitti": "data DATA/kitti/tracking --json -; evaluate 'KITTI car' --boxes DATA/kitti/tracking --voxel 0.2 --json -",
-    "kitti-object": "targets 'KITTI car' --boxes DATA/kitti/object --json -",
+    "nuscenes-targets": "evaluate --targets --voxel 0.2 'nuScenes car' --origin -1.35 0 0 --json -"
+    " --boxes DATA/boxes/nuscenes_mini_val_ego.csv.gz",
+    "kitti": "data show DATA/kitti/tracking --json -;"
+    "evaluate 'KITTI car' --boxes DATA/kitti/tracking --voxel 0.2 --json -",
+    "kitti-object": "evaluate --targets --voxel 0.2 'KITTI car' --boxes DATA/kitti/object --json -",
     "study-targets": "study targets DATA/boxes/nuscenes_mini_val_points.csv.gz"
     " --rigs DATA/nuscenes/mini_val_rigs.json --out .",
     "autoware": "convert DATA/rigs/autoware/sample_sensor_kit r.yaml --report r.txt",
@@ -164,7 +177,7 @@ def items(data: Path | None) -> Iterator[Item]:
         named = shlex.quote(rig) if rig in PRESETS else f"../in/{rig}.yaml"
         for name, command in PER_RIG.items():
             yield Item(rig, f"{rig} {name}", (command.replace("RIG", named),))
-        start = f"presets {named} --out own.yaml" if rig in PRESETS else f"convert {named} own.yaml"
+        start = f"list rigs {named} --out own.yaml" if rig in PRESETS else f"convert {named} own.yaml"
         for form, target in FORMATS.items():
             there = f"convert own.yaml {target} --to {form} --report there.txt"
             back = f"convert {target} back.yaml --from {form} --report back.txt"
@@ -239,7 +252,7 @@ seen: [{class: car, at_least: LOW}, {class: pedestrian, by: lidar, at_least: LOW
 on_target: [{class: car, at_least: LOW}, {class: pedestrian, ring_m: [0, 20], figure: share_5, at_least: LOW}]
 blind_areas: [{height_m: 1.15, at_most_m2: HIGH}, {height_m: 0.3, sector: rear, within_m: 5, at_most_m2: HIGH}]
 blind_objects: [{profile: adults-around, at_most_unseen: 4}, {profile: un-r158-detection, at_most_unseen: 9}]
-losses: [{of: voxels, class: car, failure: sensor, at_most: 1.0}, {of: road_users, class: car, at_most: 1.0}]
+losses: [{of: voxels, class: car, failure: sensor, at_most: 1.0}, {of: objects, class: car, at_most: 1.0}]
 covered: [{of: voxels, class: car, sensors: 2, at_least: LOW}]
 tolerance: [{profile: assembly, figure: seen, class: car, limit: LOW, draws: 8, at_most: 0.5}]
 mounts: {height_m: [0.3, 2.2], gap_m: 0.1, spacing_m: 0.1, beyond_m: {left: 0.1, top: 0.4}, width_m: 2.2}

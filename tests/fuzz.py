@@ -269,7 +269,7 @@ seen: [{class: car, by: any, at_least: 0.5, id: R1, waived: {reason: later, unti
 on_target: [{class: pedestrian, ring_m: [0, 20], figure: share_5, at_least: 0.9}]
 blind_areas: [{height_m: 0.8, sector: rear, within_m: 5, under: own, at_most_m2: 1.0}]
 losses: [{of: voxels, class: car, failure: group, name: bracket, at_most: 0.3}]
-covered: [{of: road_users, class: car, sensors: two kinds, at_least: 0.3}]
+covered: [{of: objects, class: car, sensors: two kinds, at_least: 0.3}]
 tolerance: [{profile: own, class: car, limit: 0.49, draws: 64}]
 tolerance_profiles: [{name: own, source: a test, position_mm: 2, angle_deg: 0.05}]
 mounts: {height_m: [0.3, 2.2], beyond_m: {top: 0.4}, keep_out: [{name: hood, boxes: [{x: [0.75, 1.0]}]}]}
@@ -321,12 +321,14 @@ POSES = (
 WORDS = (
     *(
         "evaluate",
-        "pog",
+        "build",
         "data",
+        "review",
         "render",
-        "presets",
+        "list",
+        "rigs",
         "convert",
-        "library",
+        "sensors",
         "study",
         "table1",
         "W+T",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import warnings
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,7 @@ import pytest
 import riglens as rl
 import riglens.api as api
 from riglens.app.commands import main
+from riglens.results import Result
 from tests.waiting import TIMEOUT_S
 
 REPOSITORY = Path(__file__).resolve().parents[1]
@@ -132,7 +134,7 @@ def test_a_scene_says_what_it_holds(scene: rl.Scene) -> None:
 def test_a_stored_pog_is_a_scene(boxes: Path, scene: rl.Scene, tmp_path: Path) -> None:
     stored = tmp_path / "town.npz"
     grid = ["--voxel", "0.5", "--roi", *map(str, ROI_M)]
-    assert main(["pog", str(boxes), "--out", str(stored), *grid]) == 0
+    assert main(["data", "build", str(boxes), "--out", str(stored), *grid]) == 0
     rig = rl.open_rig("W+T")
     assert dict(rl.score(rig, rl.load_scene(pog=stored))) == dict(rl.score(rig, scene))
 
@@ -161,6 +163,24 @@ def test_boxes_that_do_not_count_are_warned_of(boxes: Path) -> None:
         rl.load_scene(boxes, 0.5, roi_m=ROI_M)
     scene = rl.load_scene(boxes, 0.5, roi_m=ROI_M, classes={"shopping_cart": "pedestrian"})
     assert scene.data.boxes["pedestrian"] == 2
+
+
+def test_a_ground_off_zero_is_warned_of_with_the_argument_that_mends_it(tmp_path: Path) -> None:
+    cars = "".join(f"s,{n},car,{4 + n % 4},{n % 7 - 3},-0.9,4.5,1.9,1.6,0.1\n" for n in range(40))
+    low = tmp_path / "low.csv"
+    low.write_text(BOXES.splitlines(keepends=True)[0] + cars)
+
+    def warned(load: Callable[[], object]) -> list[str]:
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            load()
+        assert {one.category for one in told} == {rl.RigLensWarning}
+        return [str(one.message) for one in told if "z = 0" in str(one.message)]
+
+    for load in (lambda: rl.load_scene(low, 0.5, roi_m=ROI_M), lambda: rl.load_traffic(low)):
+        (line,) = warned(load)
+        assert "low.csv" in line and "-1.7" in line and "origin_m=(0, 0, 1.7)" in line
+    assert warned(lambda: rl.load_scene(low, 0.5, roi_m=ROI_M, origin_m=(0, 0, 1.7))) == []
 
 
 def test_a_body_of_another_unit_is_warned_of_where_the_user_asks(scene: rl.Scene, tmp_path: Path) -> None:
@@ -202,3 +222,14 @@ def test_a_converted_rig_tells_what_the_format_cannot_hold(tmp_path: Path) -> No
         rl.convert(rig, tmp_path / "rig.unknown")
     assert rl.convert(rig, tmp_path / "rig.unknown", target_format="riglens") == rig
     assert (tmp_path / "rig.unknown").read_text().startswith("riglens: 1")
+
+
+def test_a_table_has_the_columns_of_all_rows():
+    class Uneven(Result):
+        def to_dict(self):
+            return {}
+
+        def rows(self):
+            return [{"rig": "a"}, {"rig": "b", "radar": 0.5}]
+
+    assert Uneven().table().to_pydict() == {"rig": ["a", "b"], "radar": [None, 0.5]}

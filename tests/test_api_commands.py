@@ -13,7 +13,7 @@ import pytest
 
 import riglens as rl
 from riglens.app.commands import main, parsing
-from riglens.app.commands.parsing import COMMANDS, GROUPS, PARTS
+from riglens.app.commands.parsing import COMMANDS, GROUPS
 from riglens.studies import running
 from riglens.studies.running import Job
 from tests.core.simulate import carla_stand_in
@@ -46,18 +46,12 @@ FUNCTIONS = {
     "list rigs": "presets",
     "list sensors": "sensors",
     **{f"study {name}": "study" for name in GROUPS["study"][1]},
-    "audit": "audit",
-    "blind": "blind",
-    "card": "detection_range",
-    "redundancy": "redundancy",
-    "targets": "targets",
-    "tolerance": "tolerance",
 }
 
 
 def test_every_command_is_a_function() -> None:
     members = [f"{group} {name}" for group, (_, commands) in GROUPS.items() for name in commands]
-    assert sorted(FUNCTIONS) == sorted([*COMMANDS, *members, *PARTS])
+    assert sorted(FUNCTIONS) == sorted([*COMMANDS, *members])
     assert set(FUNCTIONS.values()) <= set(rl.__all__)
 
 
@@ -104,18 +98,18 @@ def by_words(place: Place, *words: object) -> dict[str, Any]:
 
 CASES: dict[str, tuple[list[str], Callable[[Place], Any]]] = {
     "evaluate": (["BOXES", "GRID"], lambda p: rl.score(p.rig, p.scene)),
-    "targets": (["BOXES"], lambda p: rl.targets(p.rig, p.traffic)),
-    "audit": (["BOXES", "GRID"], lambda p: rl.audit(p.rig, p.scene)),
-    "blind": (
-        ["--width", "0", "--within", "5", "--voxel", "0.2"],
+    "evaluate targets": (["BOXES", "GRID", "--targets"], lambda p: rl.targets(p.rig, p.traffic)),
+    "review audit": (["BOXES", "GRID"], lambda p: rl.audit(p.rig, p.scene)),
+    "review blind": (
+        ["--blind-width", "0", "--blind-within", "5", "--blind-voxel", "0.2"],
         lambda p: rl.blind(p.rig, width_m=0, within_m=5, voxel_m=0.2),
     ),
-    "card": (
-        ["--directions", "2", "--to", "30", "--min-points", "3"],
+    "review range": (
+        ["--directions", "2", "--range-to", "30", "--min-points", "3"],
         lambda p: rl.detection_range(p.rig, directions=2, to_m=30, min_points=3),
     ),
-    "redundancy": (["BOXES", "GRID"], lambda p: rl.redundancy(p.rig, p.scene, p.traffic)),
-    "tolerance": (
+    "review redundancy": (["BOXES", "GRID"], lambda p: rl.redundancy(p.rig, p.scene, p.traffic)),
+    "review tolerance": (
         ["BOXES", "GRID", "--draws", "4", "--sample", "2", "--errors", "ride"],
         lambda p: rl.tolerance(p.rig, p.scene, p.traffic, draws=4, sample=2, errors="ride"),
     ),
@@ -190,7 +184,10 @@ def test_a_command_says_the_same_by_both(place: Place, command: str) -> None:
         "REQUIREMENTS": [str(place.folder / "requirements.yaml")],
     }
     spelled = [part for word in words for part in said.get(word, [word])]
-    expected = by_words(place, command, place.folder / "rig.yaml", *spelled)
+    name, _, part = command.partition(" ")
+    only = ["--only", part] if part and name == "review" else []
+    expected = by_words(place, name, place.folder / "rig.yaml", *spelled, *only)
+    expected = expected[part] if part else expected
     result = ask(place)
     found = json.loads(json.dumps(result.to_dict()))
     for document in (expected, found):

@@ -1,7 +1,8 @@
-"""Importing RigLens does nothing but import: no file, no folder, no setting of another package."""
+"""Importing RigLens does nothing but import: no file, no folder, no setting of another package; and no circles."""
 
 from __future__ import annotations
 
+import ast
 import os
 import subprocess
 import sys
@@ -84,3 +85,47 @@ def test_a_kernel_of_the_user_is_cached_where_numba_would_put_it(home: Path) -> 
     assert Path(run(home, script).strip()) == home.parent / "__pycache__"
     assert list((home.parent / "__pycache__").glob("users_kernel.twice-*.nbc"))
     assert not list(home.rglob("*"))
+
+
+def imported() -> dict[str, set[str]]:
+    """The modules that each module imports: at its top, in functions, and for types alone."""
+    files = {}
+    for floor in ("core", "widgets", "riglens", "app"):
+        for path in (REPOSITORY / floor).rglob("*.py"):
+            parts = path.relative_to(REPOSITORY).with_suffix("").parts
+            named = parts if floor == "riglens" else ("riglens", *parts)
+            files[".".join(named).removesuffix(".__init__")] = path
+    found = {}
+    for module, path in files.items():
+        names = set()
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            if isinstance(node, ast.Import):
+                names |= {name.name for name in node.names}
+            elif isinstance(node, ast.ImportFrom):
+                assert node.level == 0, f"{path}: relative imports are not followed here"
+                whole = {f"{node.module}.{name.name}" for name in node.names}
+                names |= whole if whole & files.keys() else {str(node.module)}
+        found[module] = (names & files.keys()) - {module}
+    return found
+
+
+def reached(start: str, imports: dict[str, set[str]]) -> set[str]:
+    found: set[str] = set()
+    waiting = [start]
+    while waiting:
+        new = imports[waiting.pop()] - found
+        found |= new
+        waiting += new
+    return found
+
+
+def test_no_modules_import_each_other_in_a_circle() -> None:
+    imports = imported()
+    reach = {module: reached(module, imports) for module in imports}
+    assert len(imports) > 500 and max(map(len, reach.values())) > 300
+    circles = {
+        frozenset(other for other in found if module in reach[other])
+        for module, found in reach.items()
+        if module in found
+    }
+    assert circles == set()

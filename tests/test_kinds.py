@@ -25,6 +25,8 @@ from riglens.core.engine.audit import audit
 from riglens.core.engine.engine import Engine
 from riglens.core.engine.evaluation_json import evaluation_document
 from riglens.core.errors import InputError
+from riglens.core.figures.documents import objects_document
+from riglens.core.figures.registry import maps
 from riglens.core.formats.exchange import FORMATS, writable
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import PAPER_SETTINGS, MetricSettings
@@ -47,8 +49,7 @@ from riglens.core.targets.detection_range_making import detection_range_of
 from riglens.core.targets.detection_range_table import range_document, range_lines
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.object_table import object_table
-from riglens.core.targets.settings import EXACT, USUAL
-from riglens.core.targets.targets_json import targets_document
+from riglens.core.targets.settings import EXACT
 from riglens.core.vehicle.placing import placed_on
 from riglens.core.vehicle.solid import solid_of
 from riglens.evaluation.options import SceneOptions, ScoreOptions
@@ -56,7 +57,6 @@ from riglens.rendering.picture import Findings, score_rows, subtitle
 from riglens.reporting.document import document_of
 from riglens.reporting.figures import ReportPlan, report_of
 from riglens.reporting.page import report_page
-from riglens.widgets.maps.map_panel import lowest_choices, seen_by_choices
 from riglens.widgets.panels.fields.edits import NumberEdit
 from riglens.widgets.panels.fields.quantity import DEGREES
 from riglens.widgets.panels.inspector.panel import Inspector
@@ -68,7 +68,7 @@ from riglens.widgets.theme import DARK
 from riglens.widgets.viewport.scene_state import SceneState
 from riglens.widgets.viewport.still import render_still
 from tests.core.builders import camera, field_of, grid_of, random_field, seen_ray_by_ray, spinning
-from tests.core.targets.cases import traffic
+from tests.core.targets.cases import parts, traffic
 from tests.core.vehicle.solids import body_ends
 
 REPOSITORY = Path(__file__).resolve().parents[1]
@@ -226,15 +226,15 @@ def test_what_it_gets_from_objects_counts_towards_what_is_detected() -> None:
     for way in sensor_rays(probe()).directions:  # independently: every ray against the box
         hit += _meets(origin, way, (6.0, 0.0, 0.8), (4.5, 1.9, 1.6), 0.3)
     assert echoes.names == ("probe",) and echoes.counts.tolist() == [[hit]] and hit > 3
-    total = found.classes["car"].total
-    assert (total.by_kind["probe"].value, total.neither.value, total.both.value) == (1.0, 0.0, 0.0)
-    assert object_table(held, found)["echoes_probe"].to_pylist() == [hit]
-    written = targets_document(held, [found])["rigs"][0]["classes"]["car"]
+    total = parts(found)["car"].total
+    assert (total["probe"].value, total.missed.value, total.both.value) == (1.0, 0.0, 0.0)
+    assert object_table(found)["echoes_probe"].to_pylist() == [hit]
+    written = objects_document([found])["rigs"][0]["classes"]["car"]
     share = {"share": 1.0, "share_se": 0.0}
     assert written["probe"] == share and written["rings"][0]["probe"] == share
     dense = spinning((0.0, 0.0, 1.6), beams=32, count=720).replace(name="dense")
     both = engine.evaluate(rig_with(dense, probe()), EXACT)
-    covered = target_coverage(held, both.rig, both.objects, USUAL.min_points)
+    covered = target_coverage(both)
     assert covered.covered.sum(axis=(0, 2)).tolist() == [1, 1, 0, 1]  # by 1, 2, 3 sensors, by two kinds
 
 
@@ -283,8 +283,8 @@ def test_rows_of_pixels_of_another_kind_than_cameras_count_in_the_image_that_sho
         both = [_rows_on_object(one) for one in (left, right)]
         assert rows.counts.tolist() == [both] and rows.without(()).tolist() == [max(both)] and max(both) >= 3
         assert rows.without(("left", "right")).tolist() == [0]
-        share = found.classes["car"].total
-        assert (share.by_kind["image"].value, share.neither.value) == (1.0, 0.0)
+        share = parts(found)["car"].total
+        assert (share["image"].value, share.missed.value) == (1.0, 0.0)
         ranges = detection_range_of(
             rig_with(left), RangePlan(bearings_deg=(0.0,), to_m=40.0, min_height_px=9.0), 1
         )
@@ -431,8 +431,8 @@ def picture(state: SceneState) -> NDArray[np.uint8]:
 
 
 def test_the_map_offers_what_it_sees() -> None:
-    assert seen_by_choices()["probe"] == "probes"
-    assert lowest_choices()["lowest_2_probe"] == ("probe", 2, "2 probes")
+    shown = {one.key: one.on_map for one in maps()}
+    assert shown["probe"] == "seen by probes" and shown["lowest_2_probe"].endswith("seen by 2 probes")
 
 
 def test_a_picture_has_its_scores_and_counts_it() -> None:
@@ -451,14 +451,14 @@ def test_a_picture_has_its_scores_and_counts_it() -> None:
 # ---------------------------------------------------------------- nothing else compares kinds
 
 MAY_NAME_KINDS = {
-    "app/commands/simulate.py": "data sets have the LiDAR and camera channels of nuScenes",
+    "riglens/jobs/simulating.py": "data sets have the LiDAR and camera channels of nuScenes",
     "riglens/studies/accuracy_text.py": "studies of the paper's methods, on its LiDARs and cameras",
     "app/window/features/propose.py": "proposals are LiDARs",
     "app/window/features/sweep_field.py": "hit coverage is of LiDARs, 25 px of cameras",
     "core/formats": "each format has its own words for each kind",
     "core/metric/scores.py": "the two kinds of the paper have accessors of their own",
     "core/optimise/objectives.py": "each is of LiDARs, of cameras, or of any sensor",
-    "core/review/sections.py": "hit coverage is of LiDARs, 25 px of cameras",
+    "core/figures/hits.py": "hit coverage is of LiDARs, 25 px of cameras",
     "core/sensors": "declares them",
     "core/simulate": "data sets have the LiDAR and camera channels of nuScenes",
     "core/study": "studies of the paper's methods, on its LiDARs and cameras",
@@ -566,10 +566,10 @@ def test_a_report_shows_it_beside_the_others(tmp_path: Path) -> None:
     plan = ReportPlan((rig,), scene, ScoreOptions(), draws=1, seed=0)
     document = document_of(plan, report_of(plan, lambda share, stage: None))
     page = report_page(document)
-    assert "by probes" in page and "pedestrian end on, probes" in page and "40 × 40" in page
+    assert "By probes" in page and "pedestrian end on, probes" in page and "40 × 40" in page
     places = re.findall(r'data-from="([^"]+)"', page)
-    assert "targets/rigs/0/classes/car/probe/share" in places
-    assert any(re.fullmatch(r"rigs/0/card/rigs/0/rows/\d+/probe/first_below_m", place) for place in places)
+    assert "evaluation/rigs/0/classes/car/figures/probe/value" in places
+    assert any(re.fullmatch(r"rigs/0/range/rigs/0/rows/\d+/probe/first_below_m", place) for place in places)
     assert [legend for _, legend in document.drawings[0].plans.legend] == ["LiDAR", "camera", "probe"]
     colours = {colour for colour, _ in document.drawings[0].plans.legend}
     tones = {tuple(ray["tone"]) for ray in document.drawings[0].view["rays"]}

@@ -34,7 +34,7 @@ def settled(window: MainWindow) -> None:
     while time.monotonic() < end:
         QTest.qWait(100)
         counted = scores.table.cell("car", "on_target").text
-        is_whole = "%" in counted and "±" not in counted and all(row.figures for row in compare.rows)
+        is_whole = "%" in counted and "±" not in counted and all(row.counted for row in compare.rows)
         if window.is_exact and is_whole and all(row.scores for row in compare.rows):
             break
     window.bench.status.time.setText("")  # milliseconds of this machine

@@ -5,8 +5,8 @@ Its kernels are serial, so that it can run in parallel with the thread that comp
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Self
 
 from PySide6.QtCore import QObject
@@ -14,18 +14,21 @@ from PySide6.QtCore import QObject
 from riglens.app.background.queue import BackgroundRequest
 from riglens.app.background.worker import CLOSE_S, BackgroundWorker, Context
 from riglens.core.errors import InputError
+from riglens.core.figures.objects import ObjectFigure
+from riglens.core.figures.predicted import FOUND
+from riglens.core.figures.registry import object_figures
+from riglens.core.figures.values import FigureCells, Values, values_of_objects
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.targets.quantities import ON_TARGET, Cells, Figures, PredictedCells, figures_of
 from riglens.core.targets.settings import TargetSettings
 from riglens.evaluation.known_body import with_known_body
 from riglens.evaluation.options import SceneOptions
 from riglens.evaluation.requests import LoadedScene
 
 if TYPE_CHECKING:  # made by the thread, which loads the compiler
+    from riglens.core.targets.counts import Counted
     from riglens.core.targets.engine import TargetEngine
     from riglens.core.targets.ground import GroundView
-    from riglens.core.targets.scores import TargetScores
     from riglens.core.targets.traffic import Traffic
 
 NO_BOXES = "A stored POG holds no objects: load the box data set to count hits on them."
@@ -47,45 +50,59 @@ class CountRequest:
     is_preview: bool = field(default=False, compare=False)
 
 
+def figures_beside_scores() -> tuple[ObjectFigure, ...]:
+    """Return the figures of objects that are shown with the scores: those that lead, and what is found."""
+    return tuple(figure for figure in object_figures() if figure.leads or figure is FOUND)
+
+
 @dataclass(frozen=True)
 class CountAnswer:
-    """Answer to one request, from `scores.frames_used` frames; more may follow. Both rigs use the same frames.
+    """Answer to one request, from `counted.frames_used` frames; more may follow. Both rigs use the same frames.
 
-    `on_target` is that over all distances, in cells (len(WHO),), `predicted` that of its domain; `ground` the objects
-    over the ground by class, once all frames were used.
+    `cells` are the figures next to the scores by key, over all distances. Once all frames were used: `figures` all of
+    the rig, `baseline_figures` all of the baseline, `ground` the objects over the ground by class.
     """
 
     request: CountRequest
-    traffic: Traffic
-    scores: TargetScores
-    baseline: TargetScores
-    on_target: Cells
-    predicted: PredictedCells
+    counted: Counted
+    baseline: Counted
+    cells: Mapping[str, FigureCells]
+    figures: Values = field(default_factory=dict)
+    baseline_figures: Values = field(default_factory=dict)
     ground: tuple[GroundView, ...] = ()
 
     @classmethod
-    def of(
-        cls, request: CountRequest, traffic: Traffic, scores: TargetScores, baseline: TargetScores
-    ) -> Self:
-        """Make an answer of a rig's and the baseline's scores."""
+    def of(cls, request: CountRequest, counted: Counted, baseline: Counted) -> Self:
+        """Make an answer of a rig's and the baseline's counts."""
         from riglens.core.targets.ground import ground_view  # the thread has loaded the compiler
-        from riglens.core.targets.tables import predicted_of, totals_of
 
-        is_whole = scores.frames_used == scores.frames
-        ground = tuple(ground_view(traffic, scores, name) for name in CLASSES) if is_whole else ()
-        on_target = totals_of(traffic, scores, baseline, ON_TARGET)
-        predicted = predicted_of(traffic, scores, baseline)
-        return cls(request, traffic, scores, baseline, on_target, predicted, ground)
+        cells = {one.key: FigureCells.of(one, counted, baseline) for one in figures_beside_scores()}
+        found = cls(request, counted, baseline, cells)
+        if not found.is_whole:
+            return found
+        figures = values_of_objects(counted)
+        return replace(
+            found,
+            figures=figures,
+            baseline_figures=figures if baseline is counted else values_of_objects(baseline),
+            ground=tuple(ground_view(counted, name) for name in CLASSES),
+        )
+
+    @property
+    def traffic(self) -> Traffic:
+        """The traffic whose objects were counted."""
+        return self.counted.traffic
 
     @property
     def is_whole(self) -> bool:
         """Return whether all frames were used."""
-        return self.scores.frames_used == self.scores.frames
+        return self.counted.is_whole
 
 
 @dataclass(frozen=True)
 class OtherCount(BackgroundRequest):
-    """One more rig to count, in all frames, while no CountRequest waits; answered by its Figures, None without any.
+    """One more rig to count, in all frames, while no CountRequest waits; answered by its figures of objects, None where
+    they cannot be counted.
 
     `is_variant`: it has the sensors of the rig that was counted last, some of them switched off.
     """
@@ -97,7 +114,7 @@ class OtherCount(BackgroundRequest):
 
 
 Request = CountRequest | OtherCount
-Answer = CountAnswer | Figures | None
+Answer = CountAnswer | Values | None
 Counter = BackgroundWorker[Request, Answer]
 """Answers a CountRequest with one CountAnswer after another, an OtherCount in the background."""
 
@@ -136,12 +153,12 @@ class Counting:
         if isinstance(request, OtherCount):
             engine = data.engine if request.is_variant else data.others
             settings = with_known_body(request.settings, request.rig)
-            return figures_of(engine.evaluate(request.rig, settings, cancel=context.is_stale))
+            return values_of_objects(engine.evaluate(request.rig, settings, cancel=context.is_stale))
         # the first sample is never given up, so that a drag shows numbers
         frames = min(self._frames, data.traffic.frames)
         answer = _counted(data, request, frames, context.is_closing)
         if request.is_preview:
-            self._adapt(answer.scores.elapsed_ms, data.traffic.frames)
+            self._adapt(answer.counted.elapsed_ms, data.traffic.frames)
             return answer
         while frames < data.traffic.frames:
             context.publish(answer)
@@ -174,9 +191,9 @@ class Counting:
 def _counted(data: _Data, request: CountRequest, frames: int, cancel: Callable[[], bool]) -> CountAnswer:
     """Count the rig and the baseline in the same frames."""
     settings = with_known_body(request.settings, request.rig)
-    scores = data.engine.evaluate(request.rig, settings, frames, cancel=cancel)
-    baseline = scores
+    counted = data.engine.evaluate(request.rig, settings, frames, cancel=cancel)
+    baseline = counted
     if request.baseline_rig != request.rig:
         settings = with_known_body(request.settings, request.baseline_rig)
         baseline = data.baseline.evaluate(request.baseline_rig, settings, frames, cancel=cancel)
-    return CountAnswer.of(request, data.traffic, scores, baseline)
+    return CountAnswer.of(request, counted, baseline)

@@ -35,15 +35,15 @@ class Curve(NamedTuple):
 def field_curve(request: FieldRequest, context: Context[Curve]) -> Curve:
     """Return the curve of a field; publishes it point by point, first without the noise floor."""
     from riglens.core.sweep.curve import FRAMES, curve, figure_of, nearby_values, with_floor
-    from riglens.core.sweep.rows import Figures, Sweeper
+    from riglens.core.sweep.rows import Sweeper, SweepFigures
 
     rig, values = request.rig, nearby_values(request.rig, request.field)
-    figures = Figures(None, request.settings, FRAMES)
+    figures = SweepFigures(None, request.settings, FRAMES)
     sweeper = Sweeper(figures, rig, None, request.traffic, threads=1)
     found: tuple[CurvePoint, ...] = ()
     for point in curve(rig, request.field, values, sweeper):
         found = (*found, point)
         context.report(0.5 * len(found) / len(values))
         context.publish(Curve(found))
-    floor = sweeper.noise_floor(lambda share: context.report(0.5 + 0.5 * share))
+    floor = sweeper.noise_floor(progress=lambda share: context.report(0.5 + 0.5 * share))
     return Curve(with_floor(found, figure_of(rig, request.field), floor), True)

@@ -20,8 +20,8 @@ from riglens.core.vehicle.solid import Solid
 from riglens.core.view.frames import FrameBoxes
 
 if TYPE_CHECKING:  # made by the thread, which loads the compiler
+    from riglens.core.targets.counts import ObjectCounts
     from riglens.core.targets.engine import TargetEngine
-    from riglens.core.targets.scores import ObjectCounts
     from riglens.core.targets.traffic import Traffic
     from riglens.core.view.frame_scene import FrameScene, Missed
 

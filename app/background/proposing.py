@@ -30,7 +30,8 @@ from riglens.evaluation.search_options import SearchOptions
 if TYPE_CHECKING:  # loads the compiler
     from numpy.typing import NDArray
 
-    from riglens.core.optimise.results import OptimiseResult, Problem
+    from riglens.core.optimise.objectives import Problem
+    from riglens.core.optimise.results import OptimiseResult
     from riglens.core.optimise.run import Progress
     from riglens.core.optimise.skin import SkinGains
     from riglens.core.targets.traffic import Traffic
@@ -208,7 +209,7 @@ class Server:
         if isinstance(message, ProposalRequest):
             self._search(message)
         elif isinstance(message, GainsRequest):
-            self._tell_gains(message)
+            self._emit_gains(message)
         return message is not None
 
     # ------------------------------------------------------------------ searches
@@ -244,8 +245,7 @@ class Server:
 
     def _problem(self, request: ProposalRequest) -> Problem:
         from riglens.core.optimise.mounts import Move
-        from riglens.core.optimise.objectives import OF_VOXELS
-        from riglens.core.optimise.results import Problem
+        from riglens.core.optimise.objectives import OF_VOXELS, Problem
         from riglens.evaluation.scenario import load_scenario
 
         traffic, options = self._traffic_of(request.scene), request.options
@@ -268,9 +268,9 @@ class Server:
         if self._skin is None and request.work != "improve":  # of a move there are no spots for more sensors
             self._skin = request.number, skin
             self._tell(Spots(request.number, skin.points_m))
-            self._tell_gains(GainsRequest(request.rig))
+            self._emit_gains(GainsRequest(request.rig))
 
-    def _tell_gains(self, request: GainsRequest) -> None:
+    def _emit_gains(self, request: GainsRequest) -> None:
         if self._skin is not None:
             number, skin = self._skin
             self._tell(Gains(number, request.rig, skin.by_spot(skin.gains(request.rig))))
@@ -284,7 +284,7 @@ class Server:
             if message in ("pause", "go on"):
                 self._is_paused = message == "pause"
             elif isinstance(message, GainsRequest):
-                self._tell_gains(message)
+                self._emit_gains(message)
             else:
                 self._is_paused, self._is_stopped = False, True
                 if message != "stop":

@@ -14,7 +14,7 @@ from riglens.core.rig.model import Sensor, Vehicle
 from riglens.core.sensing.rays import sensor_rays
 from riglens.core.vehicle.housings import with_housings
 from riglens.core.vehicle.solid import solid_of
-from riglens.core.vehicle.standing import MountStatus, stand
+from riglens.core.vehicle.standing import MountStatus, mount_status
 
 MOST_RAYS = 3000
 NONE_M = np.zeros((0, 3), np.float32)
@@ -63,6 +63,6 @@ class MountStatuses:
         solid, known = solid_of(request.vehicle), {}
         for _, place_m in request.places_m:
             context.stop_if_closing()
-            known[place_m] = self._known.get(place_m) or stand(place_m, solid)
+            known[place_m] = self._known.get(place_m) or mount_status(place_m, solid)
         self._known = known
         return {name: known[place_m] for name, place_m in request.places_m}, stopped_rays(request)

@@ -9,7 +9,7 @@ from riglens.core.review.measures import Measures
 from riglens.core.review.tolerance import ToleranceRun
 
 FRAMES = 100
-"""Number of frames in which objects are counted, the default of `riglens tolerance`."""
+"""Number of frames in which objects are counted, the default of `riglens review`."""
 
 
 class Tolerating:

@@ -1,8 +1,10 @@
-"""Near-field blind zones and test objects; part of `riglens review`, alone as `riglens blind`."""
+"""Near-field blind zones and test objects: part of `riglens review`."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -12,18 +14,9 @@ from rich.table import Table
 from rich.text import Text
 
 from riglens.app.commands.kind_choices import SeenByChoice
-from riglens.app.commands.options import (
-    JsonFigures,
-    Profiles,
-    RigArguments,
-    RigName,
-    SolidBody,
-    ThreadArguments,
-    command,
-)
-from riglens.app.commands.output import deliver, require_outputs
+from riglens.app.commands.options import Profiles
+from riglens.app.commands.output import Part
 from riglens.app.terminal.console import TERMINAL, results
-from riglens.app.terminal.loading import load_rigs
 from riglens.app.terminal.tables import table
 from riglens.core.blind.zones import (
     HEIGHTS_M,
@@ -35,65 +28,72 @@ from riglens.core.blind.zones import (
     share_seen,
     unseen_by,
 )
+from riglens.core.errors import InputError
 from riglens.core.files import require_ending, write_file
 from riglens.core.review.documents import blind_document
-from riglens.core.review.profiles import ONLY_GEOMETRY, profiles_in
+from riglens.core.review.profiles import ONLY_GEOMETRY, Profile
 from riglens.core.review.verdicts import ProfileVerdict
+from riglens.core.rig.model import Rig
 from riglens.core.scene.sectors import SECTORS
 from riglens.core.shown_text import visible
-from riglens.evaluation.options import ScoreOptions
 from riglens.jobs.reviewing import blind_zones
 from riglens.studies.files import csv_text
 
-ZONES = Group("Blind zones", sort_key=20)
+ZONES = Group("Blind zones", sort_key=6)
 
 
-@command
-def blind(
-    rig: RigName,
-    /,
-    *,
-    width: Annotated[float, Parameter(group=ZONES, metavar="M")] = 0.3,
-    within: Annotated[float, Parameter(group=ZONES, metavar="M")] = 20.0,
-    voxel: Annotated[float, Parameter(group=ZONES, metavar="M")] = 0.1,
-    by: Annotated[SeenByChoice, Parameter(group=ZONES, metavar="NAME")] = "any",
-    sensors: Annotated[Literal[1, 2], Parameter(group=ZONES, metavar="1|2")] = 1,
-    profiles: Profiles = (),
-    body: SolidBody = None,
-    score: ThreadArguments = ScoreOptions(),
-    reading: RigArguments = RigArguments(),
-    out: Annotated[Path | None, Parameter(metavar="FILE.csv|.png")] = None,
-    json: JsonFigures = None,
-) -> None:
-    """Report near-field blind zones and the test objects that a rig sees. The car is solid.
+@Parameter(name="*")
+@dataclass(frozen=True)
+class BlindArguments:
+    """Options of blind zones."""
 
-    Parameters
-    ----------
-    width
-        Width of the object in metres; 0 for single columns of voxels.
-    within
-        Maximum distance from the car's outline, in metres.
-    voxel
-        Edge of a voxel in metres.
-    by
-        Sensors of the table and the map; the JSON has all.
-    sensors
-        Number of sensors that must see the object; the JSON has 1 and 2.
-    profiles
-        File of your own profiles, instead of the bundled ones; may be repeated.
-    out
-        Also write the lowest visible height around the car, as a table or as a picture.
-    """
-    score = score.solid(body)
-    settings = BlindSettings(voxel, width, within_m=within)
-    (opened,) = load_rigs([rig], score, reading.libraries, reading.housings)
-    asked = profiles_in(profiles)
-    require_ending("out", out, ".csv", ".png")
-    require_outputs((rig, *profiles), out, json)
-    found, judged = blind_zones(opened, settings, asked, score.threads, TERMINAL)
-    if out is not None:
-        _write_map(out, found, by, sensors)
-    deliver(blind_document(found, judged), json, lambda: print_blind(found, judged, by, sensors))
+    blind_width_m: Annotated[float, Parameter(name="--blind-width", group=ZONES, metavar="M")] = 0.3
+    """Width of the object in metres; 0 for single columns of voxels."""
+    blind_within_m: Annotated[float, Parameter(name="--blind-within", group=ZONES, metavar="M")] = 20.0
+    """Maximum distance from the car's outline, in metres."""
+    blind_voxel_m: Annotated[float, Parameter(name="--blind-voxel", group=ZONES, metavar="M")] = 0.1
+    """Edge of a voxel of blind zones, in metres."""
+    blind_by: Annotated[SeenByChoice, Parameter(group=ZONES, metavar="NAME")] = "any"
+    """Sensors of the table and the map; the JSON has all."""
+    blind_sensors: Annotated[Literal[1, 2], Parameter(group=ZONES, metavar="1|2")] = 1
+    """Number of sensors that must see the object; the JSON has 1 and 2."""
+    blind_map: Annotated[Path | None, Parameter(group=ZONES, metavar="FILE.csv|.png")] = None
+    """Also write the lowest visible height around the car, as a table or as a picture."""
+    profiles: Annotated[Profiles, Parameter(group=ZONES)] = ()
+    """File of your own blind zone profiles, instead of the bundled ones; may be repeated."""
+
+    def __post_init__(self) -> None:
+        require_ending("blind_map", self.blind_map, ".csv", ".png")
+
+    @property
+    def files(self) -> dict[str, Path | None]:
+        """The files to write, by option."""
+        return {"blind_map": self.blind_map}
+
+    def settings(self) -> BlindSettings:
+        """Return the settings; raise InputError under the names of these options."""
+        with _option_names():
+            return BlindSettings(self.blind_voxel_m, self.blind_width_m, within_m=self.blind_within_m)
+
+    def find(self, rig: Rig, profiles: Sequence[Profile], threads: int | None) -> Part:
+        """Find blind zones of a rig, write the map if it was asked for, and return the part of the review."""
+        with _option_names():
+            found, judged = blind_zones(rig, self.settings(), profiles, threads, TERMINAL)
+        by, k = self.blind_by, self.blind_sensors
+        if self.blind_map is not None:
+            _write_map(self.blind_map, found, by, k)
+        return blind_document(found, judged), lambda: print_blind(found, judged, by, k)
+
+
+@contextmanager
+def _option_names() -> Iterator[None]:
+    """Raise InputErrors of blind zones under the names of their options."""
+    try:
+        yield
+    except InputError as error:
+        if error.field in ("voxel_m", "width_m", "within_m"):
+            raise InputError(error.message, f"blind_{error.field}") from None
+        raise
 
 
 def _write_map(path: Path, found: BlindMap, by: By, k: int) -> None:

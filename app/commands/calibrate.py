@@ -11,17 +11,19 @@ from rich.table import Table
 
 from riglens.app.commands.options import BoxArguments, Libraries, Out, command
 from riglens.app.commands.output import require_outputs
-from riglens.app.terminal.console import progress_bar, results
+from riglens.app.terminal.console import TERMINAL, note, progress_bar, results
 from riglens.app.terminal.loading import load_rig
 from riglens.app.terminal.tables import table
+from riglens.core.figures.figure import SE_FACTOR
 from riglens.core.files import write_file
 from riglens.core.rig.library import use_libraries
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.scene.survey import doubtful
 from riglens.core.study.calibrating import Rules
 from riglens.core.targets.calibration import MATCH_M, MIN_SCORE, WITHIN_M, Calibration
-from riglens.core.targets.quantities import SURE
 from riglens.evaluation.calibrating import calibrated
 from riglens.evaluation.options import SceneOptions
+from riglens.evaluation.traffic import load_traffic
 
 SHOWN_AT = (1, 5, 10, 20, 50, 100)
 
@@ -64,7 +66,10 @@ def calibrate(
     rules = Rules(min_score, match)
     opened = None if rig is None else load_rig(rig)
     with progress_bar("Reading boxes") as progress:
-        found = calibrated(detections, scene, within, rules, name, opened, progress)
+        traffic = load_traffic(scene, within, progress)
+    for line in doubtful(traffic.data, TERMINAL.advice):
+        note(line)
+    found = calibrated(detections, scene, traffic, rules, name, opened)
     write_file(out, found.text())
     console = results()
     console.print(_table(found))
@@ -77,11 +82,11 @@ def _table(found: Calibration) -> Table:
     for class_name in CLASSES:
         curve = found.classes.of(class_name)
         if curve is None:
-            shown.add_row(class_name, *["–"] * (len(SHOWN_AT) + 2))
+            shown.add_row(class_name, *["—"] * (len(SHOWN_AT) + 2))
             continue
         values = [
             f"{100.0 * value:.1f}"
-            for value in (*curve.at(np.array(SHOWN_AT, np.float64)), SURE * curve.error)
+            for value in (*curve.at(np.array(SHOWN_AT, np.float64)), SE_FACTOR * curve.error)
         ]
         shown.add_row(class_name, f"{curve.objects:,}", *values)
     return shown

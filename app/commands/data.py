@@ -23,13 +23,14 @@ from riglens.app.commands.options import (
 from riglens.app.commands.output import deliver, require_outputs
 from riglens.app.terminal.console import TERMINAL, note, progress_bar, results
 from riglens.app.terminal.tables import table
-from riglens.core.pieces.where import Where
+from riglens.core.pieces.backend import Backend
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.pog import Pog
-from riglens.core.scene.survey import RINGS_M, SECTORS, Survey
+from riglens.core.scene.statistics import RINGS_M, SECTORS
+from riglens.core.scene.survey import Survey
 from riglens.core.shown_text import visible
 from riglens.evaluation.described import Described, described
-from riglens.evaluation.names import option_of
+from riglens.evaluation.names import option_with
 from riglens.evaluation.options import SceneOptions
 from riglens.evaluation.scene_words import data_line
 from riglens.jobs.building import build as build_file
@@ -62,7 +63,7 @@ def build(
     workers
         Processes that build parts at the same time (as many as cores, parts and memory allow).
     """
-    pog = build_file(boxes, out, scene, Where(workers, dask), TERMINAL)
+    pog = build_file(boxes, out, scene, Backend(workers, dask), TERMINAL)
     _print_pog(pog, out)
 
 
@@ -87,7 +88,7 @@ def show(*boxes: BoxPaths, scene: ReadingArguments = SceneOptions(), json: JsonF
     require_outputs(boxes, json)
     with progress_bar("Reading boxes") as progress:
         found = described(scene, boxes, progress)
-    deliver(found.document(option_of), json, lambda: _print_survey(found))
+    deliver(found.document(option_with), json, lambda: _print_survey(found))
 
 
 def _print_survey(shown: Described) -> None:
@@ -104,14 +105,14 @@ def _print_survey(shown: Described) -> None:
     ground = "unknown: no boxes nearby" if found.ground is None else found.ground.text()
     if found.ground is not None and not found.ground.is_certain:
         ground += " (not certain)"
-    elif found.ground is not None and shown.is_origin_known:
+    elif found.ground is not None and found.statistics.is_origin_known:
         ground += " (an estimate; the data's own origin is kept)"
     console.print(Text.assemble(("Ground  ", "bold"), ground))
     console.print(_direction_table(found))
     console.print(_distance_table(found))
     if data.unmapped:
         console.print(_unmapped_table(found))
-    for line in shown.warnings(option_of):
+    for line in shown.warnings(option_with):
         console.print(Text.assemble(("warning: ", "bold yellow"), line), soft_wrap=True)
     for line in data.notes:
         note(line)

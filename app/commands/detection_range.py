@@ -1,8 +1,9 @@
-"""Detection range by class and direction; part of `riglens review`, alone as `riglens card`."""
+"""Detection range by class and direction: part of `riglens review`."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -10,96 +11,72 @@ from cyclopts import Group, Parameter
 from rich.table import Table
 from rich.text import Text
 
-from riglens.app.commands.options import (
-    Json,
-    RigArguments,
-    RigName,
-    SolidBody,
-    ThreadArguments,
-    number,
-)
-from riglens.app.commands.options import (
-    command as by_options,
-)
-from riglens.app.commands.output import deliver, require_outputs
+from riglens.app.commands.options import number
 from riglens.app.terminal.console import results
-from riglens.app.terminal.loading import load_rigs
 from riglens.app.terminal.tables import table
+from riglens.core.errors import InputError
 from riglens.core.files import require_ending, write_file
 from riglens.core.shown_text import visible
 from riglens.core.targets.detection_range import DetectionRange, RangePlan, RangeRow, around
-from riglens.core.targets.detection_range_table import range_document, range_lines
+from riglens.core.targets.detection_range_table import range_lines
 from riglens.core.targets.detection_range_text import HEADINGS, bearing_text, reach_text, stop_text
-from riglens.evaluation.options import ScoreOptions
-from riglens.jobs.reviewing import detection_range
 from riglens.studies.files import csv_text
 
-DETECTION = Group("Detection", sort_key=20)
-BRAKING = Group("Braking", sort_key=21)
+RANGE = Group("Detection range", sort_key=7)
 
 
-@by_options
-def command(
-    rig: RigName,
-    /,
-    *,
-    min_points: Annotated[int, number(DETECTION)] = 5,
-    min_height: Annotated[float, Parameter(group=DETECTION, metavar="PX")] = 25.0,
-    directions: Annotated[int, number(DETECTION)] = 8,
-    to: Annotated[float, Parameter(group=DETECTION, metavar="M")] = 150.0,
-    reaction: Annotated[float, Parameter(group=BRAKING, metavar="S")] = 1.0,
-    deceleration: Annotated[float, Parameter(group=BRAKING, metavar="MPS2")] = 5.0,
-    score: ThreadArguments = ScoreOptions(),
-    body: SolidBody = None,
-    reading: RigArguments = RigArguments(),
-    csv: Annotated[Path | None, Parameter(metavar="FILE.csv")] = None,
-    chart: Annotated[Path | None, Parameter(metavar="FILE.png|.svg")] = None,
-    json: Json = None,
-) -> None:
-    """Report the detection range of a rig for one object in the open, next to stopping distances. The car is solid.
+@Parameter(name="*")
+@dataclass(frozen=True)
+class RangeArguments:
+    """Options of the detection range."""
 
-    Parameters
-    ----------
-    min_points
-        LiDAR points that detect an object.
-    min_height
-        Height in native pixels at which a camera detects an object.
-    directions
-        Number of directions around the car, the first one ahead.
-    to
-        Maximum distance, in metres.
-    reaction
-        Reaction time until the car brakes, in seconds (our choice).
-    deceleration
-        Deceleration in m/s2 (our choice).
-    csv
-        Also write the ranges as a table.
-    chart
-        Also draw a chart: distance by direction.
-    json
-        Also write them as JSON to a file; with - to standard output, instead of the table.
-    """
-    score = score.solid(body)
-    plan = RangePlan(
-        min_points,
-        min_height,
-        around(directions),
-        to,
-        reaction_s=reaction,
-        deceleration_mps2=deceleration,
-    )
-    require_ending("chart", chart, ".png", ".svg")
-    (opened,) = load_rigs([rig], score, reading.libraries, reading.housings)
-    require_outputs((rig,), csv, chart, json)
-    found = detection_range(opened, plan, score.threads)
-    if csv is not None:
-        write_file(csv, csv_text(range_lines(found)))
-    if chart is not None:
-        from riglens.studies.detection_range_chart import range_figure  # matplotlib
-        from riglens.studies.pictures import write_picture
+    min_height: Annotated[float, Parameter(group=RANGE, metavar="PX")] = 25.0
+    """Height in native pixels at which a camera detects an object."""
+    directions: Annotated[int, number(RANGE)] = 8
+    """Number of directions around the car, the first one ahead."""
+    range_to_m: Annotated[float, Parameter(name="--range-to", group=RANGE, metavar="M")] = 150.0
+    """Maximum distance, in metres."""
+    reaction: Annotated[float, Parameter(group=RANGE, metavar="S")] = 1.0
+    """Reaction time until the car brakes, in seconds (our choice)."""
+    deceleration: Annotated[float, Parameter(group=RANGE, metavar="MPS2")] = 5.0
+    """Deceleration in m/s2 (our choice)."""
+    range_csv: Annotated[Path | None, Parameter(group=RANGE, metavar="FILE.csv")] = None
+    """Also write the detection ranges as a table."""
+    range_chart: Annotated[Path | None, Parameter(group=RANGE, metavar="FILE.png|.svg")] = None
+    """Also draw a chart: distance by direction."""
 
-        write_picture(chart, range_figure(found))
-    deliver(range_document(found), json, lambda: print_range(found))
+    def __post_init__(self) -> None:
+        require_ending("range_chart", self.range_chart, ".png", ".svg")
+
+    @property
+    def files(self) -> dict[str, Path | None]:
+        """The files to write, by option."""
+        return {"range_csv": self.range_csv, "range_chart": self.range_chart}
+
+    def plan(self, min_points: int) -> RangePlan:
+        """Return the plan; raise InputError under the names of these options."""
+        try:
+            return RangePlan(
+                min_points,
+                self.min_height,
+                around(self.directions),
+                self.range_to_m,
+                reaction_s=self.reaction,
+                deceleration_mps2=self.deceleration,
+            )
+        except InputError as error:
+            field = "range_to_m" if error.field == "to_m" else error.field
+            raise InputError(error.message, field) from None
+
+    def write(self, found: DetectionRange) -> None:
+        """Write the files that were named."""
+        if self.range_csv is not None:
+            write_file(self.range_csv, csv_text(range_lines(found)))
+        if self.range_chart is not None:
+            from riglens.studies.detection_range_chart import range_figure  # matplotlib
+            from riglens.studies.pictures import write_picture
+
+            write_picture(self.range_chart, range_figure(found))
 
 
 def print_range(ranges: DetectionRange) -> None:

@@ -1,4 +1,4 @@
-"""`riglens evaluate`: scores of rigs, and with --targets their hit coverage."""
+"""`riglens evaluate`: the figures of rigs, those that lead first, then objects in full and the paper's scores."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 @command
 def evaluate(
     *rigs: RigNames,
-    targets: Annotated[bool, Parameter(group=COUNT)] = False,
+    targets: Annotated[bool | None, Parameter(group=COUNT, negative="--no-targets")] = None,
     scene: EverythingArguments = SceneOptions(),
     surroundings: Surroundings = None,
     by: Parts = "ring",
@@ -37,14 +37,14 @@ def evaluate(
     score: ScoreArguments = ScoreOptions(),
     json: JsonFigures = None,
 ) -> None:
-    """Score one or more rigs, with --targets also their points and pixels on objects.
+    """Evaluate one or more rigs: the leading figures, points and pixels on objects, and the paper's scores.
 
     Parameters
     ----------
     rigs
         Rig files or preset names.
     targets
-        Also count points and pixels on the objects of the traffic, including occlusion: takes seconds more.
+        Also print every figure of objects. They are counted anyway, unless the traffic is a stored POG.
     surroundings
         block: houses, walls and poles of the bundled scenario hide objects too (ignored).
     by
@@ -52,31 +52,43 @@ def evaluate(
     """
     # --help needs nothing of this
     from riglens.app.commands.output import deliver
-    from riglens.app.commands.targets import count_hits, require_count_outputs
-    from riglens.app.terminal.console import note
+    from riglens.app.commands.targets import count_hits, count_inputs, require_count_outputs
+    from riglens.app.terminal.console import note, results
+    from riglens.app.terminal.figures import leading_table
     from riglens.app.terminal.loading import load_rigs, load_scene
-    from riglens.app.terminal.scores import print_scores, score_rigs
-    from riglens.core.engine.evaluation_json import evaluation_document
+    from riglens.app.terminal.scores import print_scene, print_scores, score_rigs
+    from riglens.core.figures.documents import evaluation_document
+    from riglens.core.figures.evaluated import Evaluated, EvaluationSettings
     from riglens.evaluation.scenario import settings_of
 
-    if not targets:
+    with_objects = scene.pog is None if targets is None else targets
+    if not with_objects:
         count.require_unused(scene, surroundings, by)
     loaded = load_rigs(rigs, score, reading.libraries, reading.housings)
     require_count_outputs(count, loaded, (*rigs, *scene.files), json, by)
+    counting = count_inputs(scene.surrounded(surroundings), count, score) if with_objects else None
     _, field = load_scene(scene, loaded, score)
     for line in wrong_places(loaded):  # what is refused is refused in one line
         note(line)
     evaluations = score_rigs(loaded, field, score)
-    document = evaluation_document(field, settings_of(score), evaluations)
     found = None
-    if targets:
-        found = count_hits(loaded, scene.surrounded(surroundings), count, score)
-        document["targets"] = found.document()
+    if counting is not None:
+        found = count_hits(loaded, *counting, count, score)
+    settings = EvaluationSettings(settings_of(score))
+    evaluated = [
+        Evaluated(one.rig, settings, field, one, None if found is None else found.counted[number])
+        for number, one in enumerate(evaluations)
+    ]
+    document = evaluation_document(field, settings.metric, evaluated)
 
     def show() -> None:
-        print_scores(evaluations, field, score)
-        if found is not None:
+        console = results()
+        print_scene(field, loaded, score)
+        for part in leading_table(evaluated):
+            console.print(part, soft_wrap=isinstance(part, str))
+        if found is not None and (targets or by != "ring"):
             found.show(by)
+        print_scores(evaluations, score)
 
     deliver(document, json, show)
 

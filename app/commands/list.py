@@ -141,7 +141,7 @@ def _figures(entry: Entry) -> tuple[str, str, str]:
 
 def _range(sensor: Sensor) -> str:
     low, high = sensor.range_m[0], farthest_m(sensor)
-    return f"{low:g}–{high:g} m" if math.isfinite(high) else "–"
+    return f"{low:g}–{high:g} m" if math.isfinite(high) else "—"
 
 
 def _lines(entry: Entry, library: Library) -> Iterator[tuple[str, str]]:

@@ -19,8 +19,8 @@ def print_mounts(rig: Rig) -> None:
     made = table(*titles, words={0, 4}, wraps={1, 2, 3, 4}, dense=True, widest=28)
     wrong = violations(rig, USUAL_LIMITS)
     for mount in mounts_of(rig):
-        figures = (mount.height_m, mount.stand.gap_m, mount.neighbour_m)
-        cells = (f"{value:.3f}" if np.isfinite(value) else "–" for value in figures)
+        figures = (mount.height_m, mount.status.gap_m, mount.neighbour_m)
+        cells = (f"{value:.3f}" if np.isfinite(value) else "—" for value in figures)
         made.add_row(Text(visible(mount.name)), *cells, Text(_of(mount.name, wrong)))
     console.print(made)
     if others := _of("car", wrong):

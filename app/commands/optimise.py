@@ -31,7 +31,7 @@ from riglens.core.optimise.mounts import Move, moves_of
 from riglens.core.optimise.objectives import OF_VOXELS
 from riglens.core.optimise.results import OptimiseResult, check_folder
 from riglens.core.optimise.run import finished
-from riglens.core.review.mounts import SIDES, Beyond, MountLimits
+from riglens.core.review.mounts import SIDES, MountLimits, Overhang
 from riglens.core.shown_text import visible
 from riglens.core.targets.traffic import WITHIN_M, Traffic
 from riglens.evaluation.options import SceneOptions, ScoreOptions
@@ -148,7 +148,7 @@ def optimise(
 def _stricter(rules: MountLimits, asked: MountLimits) -> MountLimits:
     """Return the limits that keep those of options and of a file; zones of the file replace the usual ones."""
 
-    def least(of: str, *both: MountLimits | Beyond) -> float | None:
+    def least(of: str, *both: MountLimits | Overhang) -> float | None:
         return min((limit for limit in (getattr(one, of) for one in both) if limit is not None), default=None)
 
     (low, high), (lowest, highest) = (one.height_m or (-HIGHEST_M, HIGHEST_M) for one in (rules, asked))
@@ -159,7 +159,7 @@ def _stricter(rules: MountLimits, asked: MountLimits) -> MountLimits:
         **{name: least(name, rules, asked) for name in sizes},
         height_m=(max(low, lowest), min(high, highest)),
         spacing_m=max(rules.spacing_m or 0.0, asked.spacing_m or 0.0),
-        beyond_m=Beyond(**{side: least(side, rules.beyond_m, asked.beyond_m) for side in SIDES}),
+        beyond_m=Overhang(**{side: least(side, rules.beyond_m, asked.beyond_m) for side in SIDES}),
         keep_out=asked.keep_out,
     )
 

@@ -93,8 +93,6 @@ Profiles = Annotated[tuple[Path, ...], Parameter(name="--profile", metavar="FILE
 Surroundings = Annotated[Literal["ignored", "block"] | None, Parameter(name="--surroundings", group=SCENE)]
 Parts = Annotated[Literal["ring", "sector"], Parameter(name="--by", group=COUNT)]
 """Split of a table of objects, for a single rig."""
-SolidBody = Annotated[Literal["ignored", "blocks"] | None, Parameter(name="--body", show=False)]
-"""For commands with a solid car: `blocks` is accepted, `ignored` rejected (`ScoreOptions.solid`)."""
 Libraries = Annotated[
     tuple[Path, ...],
     Parameter(
@@ -221,6 +219,7 @@ EverythingArguments = Annotated[SceneOptions, taken(SCENE, "boxes", *_GRID, *_ST
 ScoreArguments = Annotated[ScoreOptions, taken(SCORE, "method", "reading", "camera_weight", *_RUN)]
 WeightArguments = Annotated[ScoreOptions, taken(SCORE, "camera_weight", "threads")]
 RunArguments = Annotated[ScoreOptions, taken(SCORE, *_RUN)]
+WindowArguments = Annotated[ScoreOptions, taken(SCORE, "camera_weight", *_RUN)]
 BodyArguments = Annotated[ScoreOptions, taken(SCORE, "body")]
 ThreadArguments = Annotated[ScoreOptions, taken(SCORE, "threads")]
 
@@ -270,9 +269,9 @@ class CountArguments:
             raise InputError(f"must be an integer ≥ 1 (got {self.sample})", "sample")
 
     def require_unused(self, scene: SceneOptions, surroundings: str | None, by: Parts) -> None:
-        """Raise InputError when an option was given that means nothing without --targets."""
+        """Raise InputError when an option was given that means nothing without objects."""
         said = [one.name for one in fields(self) if getattr(self, one.name) != one.default]
         said += ["surroundings"] * (surroundings is not None) + ["occluders"] * (scene.occluders is not None)
         said += ["by"] * (by != "ring")
         for name in said[:1]:
-            raise InputError("needs", name, "targets")
+            raise InputError("counts objects: leave out", name, "no_targets")

@@ -10,6 +10,9 @@ from typing import Any
 from riglens.core.files import require_writable, write_file
 from riglens.core.plain import to_text
 
+Part = tuple[dict[str, Any], Callable[[], None]]
+"""The JSON of a part of a review, and what prints its tables."""
+
 
 def require_outputs(reads: Iterable[str | Path], *paths: str | Path | None) -> None:
     """Raise InputError when a file that is named cannot be written, or is one of those that are read."""

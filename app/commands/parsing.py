@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 
-from riglens.app.commands.options import Libraries, RigName, SceneArguments, ScoreArguments, command
+from riglens.app.commands.options import Libraries, RigName, SceneArguments, WindowArguments, command
 from riglens.core.errors import InputError
 from riglens.evaluation.options import DEFAULT_RIG, SceneOptions, ScoreOptions
 from riglens.version import installed_version
@@ -24,7 +24,7 @@ class Command(NamedTuple):
 
 COMMANDS = {
     "evaluate": Command(
-        "evaluate:evaluate", "Score rigs, with --targets also their points and pixels on objects."
+        "evaluate:evaluate", "Evaluate rigs: the leading figures, objects, and the paper's scores."
     ),
     "review": Command(
         "review:review", "Blind zones, detection range, redundancy, tolerance, rays and mounts of a rig."
@@ -111,18 +111,6 @@ GROUPS = {
         },
     ),
 }
-PARTS = {
-    "audit": "audit:audit",
-    "blind": "blind:blind",
-    "card": "detection_range:command",
-    "redundancy": "redundancy:redundancy",
-    "targets": "targets:targets",
-    "tolerance": "tolerance:tolerance",
-}
-"""Parts of `review` and `evaluate` by themselves, with options of their own; not in the list of commands."""
-RENAMED = {"pog": ("data", "build"), "presets": ("list", "rigs"), "library": ("list", "sensors")}
-RENAMED_OPTIONS = {"--tolerance": "--voxel-tolerance"}
-"""Earlier names, which keep working."""
 
 
 def _shown_default(value: object) -> str | None:
@@ -149,7 +137,7 @@ def window(
     /,
     *,
     scene: SceneArguments = SceneOptions(),
-    score: ScoreArguments = ScoreOptions(),
+    score: WindowArguments = ScoreOptions(),
     libraries: Libraries = (),
 ) -> int:
     """Open the window on RIG (nuScenes car). Without a display: the scores, and a picture, YAML and JSON in out/."""
@@ -173,51 +161,44 @@ for _order, (_name, (_help, _members)) in enumerate(GROUPS.items(), len(COMMANDS
     for _place, (_member, _command) in enumerate(_members.items()):
         _add(_group, _member, _command, _place)
     app.command(_group)
-for _name, _part in PARTS.items():
-    app.command(f"riglens.app.commands.{_part}", name=_name, show=False)
 
 
 def run(tokens: Sequence[str]) -> object:
     """Run the command and return its result. Raise InputError for words that do not fit."""
+    from riglens.app.terminal.console import notes_once
+
     _check_words(tokens)
     try:
-        return app(renamed(tokens), exit_on_error=False, print_error=False, result_action="return_value")
+        with notes_once():
+            return app(tokens, exit_on_error=False, print_error=False, result_action="return_value")
     except UnusedCliTokensError as error:
         raise InputError(f"unexpected words: {' '.join(error.unused_tokens or ())}") from error
     except CycloptsError as error:
         raise InputError(str(error)) from error
 
 
-def renamed(tokens: Sequence[str]) -> list[str]:
-    """Return the words with the earlier names of commands and options in today's."""
-    command, *words = tokens or [""]
-    if command == "data" and words and words[0] not in (*GROUPS["data"][1], "--help", "-h"):
-        words = ["show", *words]
-    if command == "library":  # where JSON had one place to go
-        words = ["--json=-" if word == "--json" else word for word in words]
-    options = RENAMED_OPTIONS | ({"--profile": "--errors"} if command == "tolerance" else {})
-    for number, word in enumerate(words):
-        name, equals, value = word.partition("=")
-        words[number] = f"{options.get(name, name)}{equals}{value}"
-    return [*RENAMED.get(command, (command,) if tokens else ()), *words]
-
-
 def _check_words(tokens: Sequence[str]) -> None:
-    """Refuse a name that is empty, which would be the working folder, and a misspelt command, which would be a rig."""
+    """Refuse a name that is empty, which would be the working folder, and an unknown command, which would be a rig."""
     if "" in tokens:
         raise InputError("empty word '': name a file, a rig or a command")
     word = tokens[0] if tokens else ""
-    meant = meant_command(word)
-    if meant is not None and not os.path.exists(word):
+    if not word.isalpha() or word in app or os.path.exists(word) or _is_preset(word):
+        return
+    if meant := meant_command(word):
         raise InputError(f"unknown command '{word}' (did you mean 'riglens {meant}'?)")
+    if len(tokens) > 1 and not tokens[1].startswith("-"):
+        raise InputError(f"unknown command '{word}'; 'riglens --help' lists all commands")
+
+
+def _is_preset(word: str) -> bool:
+    from riglens.core.rig.presets import PRESETS  # the model of rigs takes its time
+
+    return word in PRESETS
 
 
 def meant_command(word: str) -> str | None:
-    """Return the command that a misspelt one was probably meant to be; None for a command, and for anything else."""
-    known = [name for name in (*app, *RENAMED) if name.isalpha()]
-    if not word.isalpha() or word in known:
-        return None
+    """Return the command that a misspelt one was probably meant to be; None for anything else."""
     if word.lower() == "help":
         return "--help"
-    close = get_close_matches(word.lower(), known, 1, cutoff=0.75)
+    close = get_close_matches(word.lower(), [name for name in app if name.isalpha()], 1, cutoff=0.75)
     return close[0] if close else None

@@ -1,25 +1,15 @@
-"""Report overlapping coverage and the losses by failures; part of `riglens review`, also `riglens redundancy`."""
+"""Overlapping coverage and the losses by failures: part of `riglens review`."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Annotated
 
 from cyclopts import Group, Parameter
 from rich.table import Table
 from rich.text import Text
 
-from riglens.app.commands.options import (
-    JsonFigures,
-    RigArguments,
-    RigName,
-    SceneArguments,
-    ScoreArguments,
-    command,
-    number,
-)
-from riglens.app.commands.output import deliver, require_outputs
-from riglens.app.terminal.console import TERMINAL, note, results
-from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic
+from riglens.app.terminal.console import results
 from riglens.app.terminal.tables import table
 from riglens.core.review.redundancy import (
     COVERED,
@@ -33,11 +23,9 @@ from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.sectors import SECTORS
 from riglens.core.shown_text import visible
 from riglens.core.shown_values import percent
-from riglens.core.targets.settings import TargetSettings
-from riglens.evaluation.options import SceneOptions, ScoreOptions
-from riglens.jobs.reviewing import Redundancy, redundancy_of
+from riglens.jobs.reviewing import Redundancy
 
-FAILING = Group("Redundancy", sort_key=15)
+FAILING = Group("Redundancy", sort_key=8)
 SHOWN = 5
 """Pairs and half-blocked sensors that the terminal names, the worst first; the JSON has all."""
 HEADINGS: dict[What, str] = {
@@ -46,47 +34,17 @@ HEADINGS: dict[What, str] = {
     "group": "groups",
     "half": f"worst {SHOWN} half-blocked",
 }
-NOT_COUNTED = "objects are not counted: a stored POG holds none"
 
 
-@command
-def redundancy(
-    rig: RigName,
-    /,
-    *,
-    scene: SceneArguments = SceneOptions(),
-    score: ScoreArguments = ScoreOptions(),
-    road_users: Annotated[bool, Parameter(group=FAILING, negative="--no-road-users")] = True,
-    min_points: Annotated[int, number(FAILING)] = 5,
-    within: Annotated[float, Parameter(group=FAILING, metavar="M")] = 60.0,
-    halves: Annotated[bool, Parameter(group=FAILING, negative="")] = False,
-    reading: RigArguments = RigArguments(),
-    json: JsonFigures = None,
-) -> None:
-    """Report the coverage by one, two and three sensors, and the losses when sensors, pairs or groups fail.
+@Parameter(name="*")
+@dataclass(frozen=True)
+class RedundancyArguments:
+    """Options of redundancy."""
 
-    Parameters
-    ----------
-    road_users
-        Also count objects, not only voxels; a stored POG has none.
-    min_points
-        LiDAR points that detect an object; a camera needs 25 px of height.
-    within
-        Count objects within this distance of the car, in metres.
-    halves
-        Also list the losses by each sensor with half of its view blocked: left, right, upper, lower.
-    """
-    counting = TargetSettings(min_points=min_points)
-    (opened,) = load_rigs([rig], score, reading.libraries, reading.housings)
-    require_outputs((rig, *scene.files), json)
-    _, field = load_scene(scene, [opened], score)
-    traffic = None
-    if road_users and scene.pog is None:
-        traffic = load_traffic(scene, within)
-    elif road_users:
-        note(NOT_COUNTED)
-    found = redundancy_of(opened, field, traffic, score, counting, halves, TERMINAL)
-    deliver(found.document(), json, lambda: print_redundancy(found))
+    no_objects: Annotated[bool, Parameter(group=FAILING, negative="")] = False
+    """Count voxels alone, no objects."""
+    halves: Annotated[bool, Parameter(group=FAILING, negative="")] = False
+    """Also list the losses by each sensor with half of its view blocked: left, right, upper, lower."""
 
 
 def print_redundancy(found: Redundancy) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
@@ -21,19 +21,26 @@ from riglens.app.commands.options import (
 from riglens.app.terminal.console import TERMINAL, note, results
 from riglens.app.terminal.loading import load_rig, load_scene
 from riglens.core.errors import InputError
+from riglens.core.figures.heatmaps import OFF, SEEN_ENTROPY
+from riglens.core.figures.registry import voxel_heat_maps
+from riglens.core.figures.text import in_sentence
 from riglens.core.files import require_writable
 from riglens.core.rig.library import use_libraries
 from riglens.evaluation.loading import with_choice
-from riglens.evaluation.options import HeatMode, SceneOptions, ScoreOptions
+from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.evaluation.scenario import settings_of
 from riglens.rendering.display import prepare_drawing
 from riglens.rendering.render import RenderRequest, as_drawn, drawn_score, score_and_draw
 from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, RayLook
 
+_TITLES = {heat.key: in_sentence(heat.title) for heat in voxel_heat_maps()}
 _HEATMAP = (
-    "Content of the heatmap: occupancy probability, entropy, seen or unseen entropy, number "
-    "of sensors that see a place, or the change from --baseline."
+    "Content of the heatmap: " + ", ".join(f"{key} ({title})" for key, title in _TITLES.items()) + ", or off."
 )
+if TYPE_CHECKING:
+    HeatChoice = str
+else:
+    HeatChoice = Literal[(*_TITLES, OFF)]
 
 
 @Parameter(name="*")
@@ -51,9 +58,11 @@ class PictureArguments:
         Literal["car", "bicycle", "pedestrian"], Parameter(name="--class", metavar="NAME")
     ] = "car"
     """Class of the heatmap."""
-    heatmap: Annotated[HeatMode, Parameter(metavar="NAME", help=_HEATMAP)] = "seen"
+    heatmap: Annotated[HeatChoice, Parameter(metavar="NAME", help=_HEATMAP, show_choices=False)] = (
+        SEEN_ENTROPY.key
+    )
     baseline: Annotated[str | None, Parameter(metavar="RIG")] = None
-    """Reference rig of --heatmap change."""
+    """Reference rig of a heatmap of changes."""
     slice_m: Annotated[tuple[float, float] | None, Parameter(name="--slice", metavar="FROM TO")] = None
     """Draw only cells of the heatmap between two heights, metres."""
     threshold: Annotated[float | None, Parameter(metavar="SHARE")] = None

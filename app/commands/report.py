@@ -117,7 +117,7 @@ def _print_verified(found: Verified) -> int:
     if len(lines) > SHOWN:
         console.print(f"and {len(lines) - SHOWN} more", soft_wrap=True)
     if found.place is None:
-        console.print("every figure is the same, and so is the file, byte for byte", soft_wrap=True)
+        console.print("every figure is the same, and so is what the file says", soft_wrap=True)
         return 0
     figures = "" if lines else "every attached figure is the same, but their presentation "
     console.print(visible(f"{figures}differs, first at {found.place}"), soft_wrap=True, markup=False)
@@ -140,7 +140,7 @@ def prepare(job: ReportJob, tell: Tell) -> None:
     rigs = tuple(with_mesh_read(rig, job.folder, note) for rig in job.rigs)
     why = None if job.why is None else WhyHere.model_validate(job.why)
     plan = ReportPlan(rigs, job.scene, job.score, USUAL_DRAWS, 0, why=why)
-    document = document_of(plan, report_of(plan, tell))
+    document = document_of(plan, report_of(plan, tell, TERMINAL))
     tell(1.0, "Drawing the pages")
     pdf = rendered(document, ".pdf")
     write_file(job.folder / PAGE, rendered(document, ".html"))

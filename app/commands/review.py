@@ -5,18 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, Any
+from typing import Annotated
 
 from cyclopts import Group, Parameter
 from rich.text import Text
 
 from riglens.app.commands.audit import print_audit
-from riglens.app.commands.blind import print_blind
-from riglens.app.commands.detection_range import print_range
+from riglens.app.commands.blind import BlindArguments
+from riglens.app.commands.detection_range import RangeArguments, print_range
 from riglens.app.commands.mounts import print_mounts
 from riglens.app.commands.options import (
     Json,
-    Profiles,
     RigArguments,
     RigName,
     SceneArguments,
@@ -24,17 +23,16 @@ from riglens.app.commands.options import (
     command,
     number,
 )
-from riglens.app.commands.output import deliver, require_outputs
-from riglens.app.commands.redundancy import print_redundancy
-from riglens.app.commands.tolerance import Drawing, drawn, print_tolerance
+from riglens.app.commands.output import Part, deliver, require_outputs
+from riglens.app.commands.redundancy import RedundancyArguments, print_redundancy
+from riglens.app.commands.tolerance import ToleranceArguments, drawn, print_tolerance
 from riglens.app.terminal.console import TERMINAL, note, progress_bar, results
 from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic
-from riglens.core.blind.zones import BlindSettings
 from riglens.core.engine.audit import audit as audit_rig
 from riglens.core.engine.audit import audit_document
 from riglens.core.errors import InputError
 from riglens.core.metric.entropy import EntropyField
-from riglens.core.review.documents import blind_document, mounts_review_document
+from riglens.core.review.documents import mounts_review_document
 from riglens.core.review.profiles import Profile, profiles_in
 from riglens.core.rig.edits import damaged as damaged_rig
 from riglens.core.rig.model import FORMAT_VERSION, Rig
@@ -43,11 +41,9 @@ from riglens.core.targets.detection_range_table import range_document
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import WITHIN_M, Traffic
 from riglens.evaluation.options import SceneOptions, ScoreOptions
-from riglens.jobs.reviewing import blind_zones, detection_range, redundancy_of
+from riglens.jobs.reviewing import detection_range, redundancy_of
 
 REVIEW = Group("Review", sort_key=5)
-Part = tuple[dict[str, Any], Callable[[], None]]
-"""The JSON of a part, and what prints its tables."""
 
 
 @command
@@ -57,15 +53,14 @@ def review(
     *,
     only: Annotated[str | None, Parameter(group=REVIEW, metavar="PART,PART...")] = None,
     min_points: Annotated[int, number(REVIEW)] = 5,
-    profiles: Annotated[Profiles, Parameter(group=REVIEW)] = (),
-    errors: Annotated[str, Parameter(group=REVIEW, metavar="NAME")] = "assembly",
-    draws: Annotated[int, number(REVIEW)] = 256,
-    seed: Annotated[int, number(REVIEW)] = 0,
-    sample: Annotated[int, number(REVIEW)] = 100,
+    within: Annotated[float, Parameter(group=REVIEW, metavar="M")] = WITHIN_M,
     damaged: Annotated[
         tuple[str, ...], Parameter(group=REVIEW, metavar="SENSOR[=HALF]", show_default=False)
     ] = (),
-    halves: Annotated[bool, Parameter(group=REVIEW, negative="")] = False,
+    blind: BlindArguments = BlindArguments(),
+    distances: RangeArguments = RangeArguments(),
+    redundancy: RedundancyArguments = RedundancyArguments(),
+    tolerance: ToleranceArguments = ToleranceArguments(),
     scene: SceneArguments = SceneOptions(),
     score: ScoreArguments = ScoreOptions(),
     reading: RigArguments = RigArguments(),
@@ -78,30 +73,32 @@ def review(
     only
         Parts to run: blind, range, redundancy, tolerance, audit, mounts (all).
     min_points
-        LiDAR points that detect an object.
-    profiles
-        File of your own blind zone profiles, instead of the bundled ones; may be repeated.
-    errors
-        Errors of the tolerance: assembly, service, brackets, ride or load.
-    draws
-        Draws of the tolerance; they take most of the time.
-    seed
-        Seed of the draws.
-    sample
-        Number of frames in which objects are counted for the tolerance; 0 for none.
+        LiDAR points that detect an object, for detection range and redundancy; a camera needs 25 px of height.
+    within
+        Count objects within this distance of the car, in metres, for redundancy and tolerance.
     damaged
         Sensor that has failed or, with =left, =right, =upper or =lower, is blocked by half; may be repeated.
-    halves
-        Redundancy also lists the losses by each sensor with half of its view blocked.
     json
         Also write one JSON document, with a key per part, to a file; with - to standard output, instead of the tables.
     """
     parts = parts_of(only)
-    asked = RangePlan(min_points), profiles_in(profiles), Drawing.of(errors, draws, seed, sample)
+    outputs = {"blind": blind.files, "range": distances.files, "tolerance": tolerance.files}
+    for part, files in outputs.items():
+        for option, path in files.items():
+            if path is not None and part not in parts:
+                raise InputError(f"needs {part} in", option, "only")
+    if score.body == "ignored" and not {"redundancy", "tolerance"} & set(parts):
+        score.solid(score.body)
+    blind.settings()  # what is wrong with options is said before rigs are read
+    plan, profiles = distances.plan(min_points), profiles_in(blind.profiles)
     (opened,) = load_rigs([rig], score.solid(), reading.libraries, reading.housings)
     opened = damaged_rig(opened, damaged)
-    require_outputs((rig, *profiles, *scene.files), json)
-    found = Review(opened, scene, score, *asked, TargetSettings(min_points=min_points), halves)
+    paths = [path for files in outputs.values() for path in files.values()]
+    require_outputs((rig, *blind.profiles, *scene.files), json, *paths)
+    found = Review(
+        opened, scene, score, TargetSettings(min_points=min_points), within,
+        blind, profiles, plan, distances, redundancy, tolerance,
+    )  # fmt: skip
     made = {name: PARTS[name](found) for name in parts}
     document = {"riglens": FORMAT_VERSION} | {name: part for name, (part, _) in made.items()}
 
@@ -120,11 +117,14 @@ class Review:
     rig: Rig
     scene: SceneOptions
     score: ScoreOptions
-    plan: RangePlan
-    profiles: tuple[Profile, ...]
-    drawing: Drawing
     counting: TargetSettings
-    halves: bool = False
+    within_m: float
+    blind_options: BlindArguments
+    profiles: tuple[Profile, ...]
+    plan: RangePlan
+    range_options: RangeArguments
+    redundancy_options: RedundancyArguments
+    tolerance_options: ToleranceArguments
 
     @cached_property
     def field(self) -> EntropyField:
@@ -137,30 +137,31 @@ class Review:
         if self.scene.pog is not None:
             note("objects are not counted: a stored POG has none")
             return None
-        return load_traffic(self.scene, WITHIN_M)
+        return load_traffic(self.scene, self.within_m)
 
     def blind(self) -> Part:
         """Find blind zones and judge test objects."""
-        settings = BlindSettings()
-        found, judged = blind_zones(self.rig, settings, self.profiles, self.score.threads, TERMINAL)
-        return blind_document(found, judged), lambda: print_blind(found, judged, "any", 1)
+        return self.blind_options.find(self.rig, self.profiles, self.score.threads)
 
     def range(self) -> Part:
         """Find detection ranges."""
         found = detection_range(self.rig, self.plan, self.score.threads)
+        self.range_options.write(found)
         return range_document(found), lambda: print_range(found)
 
     def redundancy(self) -> Part:
         """Find what failures cost."""
-        found = redundancy_of(
-            self.rig, self.field, self.traffic, self.score, self.counting, self.halves, TERMINAL
-        )
+        traffic = None if self.redundancy_options.no_objects else self.traffic
+        halves = self.redundancy_options.halves
+        found = redundancy_of(self.rig, self.field, traffic, self.score, self.counting, halves, TERMINAL)
         return found.document(), lambda: print_redundancy(found)
 
     def tolerance(self) -> Part:
         """Draw errors and find how figures spread."""
-        traffic = self.traffic if self.drawing.sample else None
-        found, document = drawn(self.rig, self.field, traffic, self.score, self.drawing)
+        asked = self.tolerance_options
+        traffic = self.traffic if asked.sample else None
+        found, document = drawn(self.rig, self.field, traffic, self.score, asked)
+        asked.write(found)
         return document, lambda: print_tolerance(found, document["body"])
 
     def audit(self) -> Part:

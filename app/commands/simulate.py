@@ -23,7 +23,7 @@ from riglens.app.commands.options import (
 )
 from riglens.app.terminal.console import TERMINAL, show
 from riglens.app.terminal.loading import load_rigs
-from riglens.core.pieces.where import Where
+from riglens.core.pieces.backend import Backend
 from riglens.core.rig.library import use_libraries
 from riglens.core.simulate.settings import SimulationSettings
 from riglens.core.simulate.units import Extras
@@ -77,8 +77,8 @@ def simulate(
     carla
         Collect from the CARLA simulator at this address instead: --frames N (200), one in --every N ticks of 0.05 s.
     """
-    extras, where = Extras(pictures == "on", points is not None), Where(workers, dask)
-    job = DataSetJob(out, scene, sweeps, extras, where, every, sequences)
+    extras, backend = Extras(pictures == "on", points is not None), Backend(workers, dask)
+    job = DataSetJob(out, scene, sweeps, extras, backend, every, sequences)
     if carla is not None:
         use_libraries(reading.libraries)
         show([collect_in_carla(rigs, carla, job, TERMINAL).line])

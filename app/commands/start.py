@@ -75,7 +75,7 @@ def _score_and_draw(rigs: Sequence[Rig], scene: SceneOptions, score: ScoreOption
     """Score rigs, print the scores, and write them as JSON, with the first rig as a picture and as YAML."""
     from riglens.app.terminal.console import TERMINAL, results
     from riglens.app.terminal.loading import load_scene
-    from riglens.app.terminal.scores import print_scores, score_rigs
+    from riglens.app.terminal.scores import print_scene, print_scores, score_rigs
     from riglens.core.engine.evaluation_json import evaluation_document
     from riglens.core.plain import to_text
     from riglens.core.rig.yaml.file import dumps
@@ -88,7 +88,8 @@ def _score_and_draw(rigs: Sequence[Rig], scene: SceneOptions, score: ScoreOption
     for path in (screenshot, rig_file, scores):
         require_writable(path)
     evaluations = score_rigs(rigs, field, score, with_seen=True)
-    print_scores(evaluations, field, score)
+    print_scene(field, rigs, score)
+    print_scores(evaluations, score)
     write_file(scores, to_text(evaluation_document(field, settings_of(score), evaluations)))
     write_file(rig_file, dumps(rigs[0]))
     draw_evaluated(evaluations[0], pog, field, RenderRequest(screenshot), TERMINAL)

@@ -11,6 +11,7 @@ from riglens.app.commands.options import (
     BUILD,
     BodyArguments,
     BoxArguments,
+    JsonFigures,
     ReadingArguments,
     RigName,
     SceneArguments,
@@ -20,6 +21,7 @@ from riglens.app.commands.options import (
     all_of,
     command,
 )
+from riglens.app.commands.output import deliver, require_outputs
 from riglens.app.terminal.console import TERMINAL, show
 from riglens.evaluation.options import PAPER_RIG, SceneOptions, ScoreOptions
 from riglens.studies.running import (
@@ -55,9 +57,14 @@ def _run(
     score: ScoreOptions = USUAL_SCORE,
     out: Path = Path("out"),
     beside: Path | None = None,
+    json: str | None = None,
 ) -> None:
     """Run a study and print what it returns; `beside`: a file that may be standard output."""
-    show(STUDIES[name].run(options, Job(scene, score, out, TERMINAL), *inputs), beside)
+    found = STUDIES[name].run(options, Job(scene, score, out, TERMINAL), *inputs)
+    if found.document is None:
+        show(found.blocks, beside)
+    else:
+        deliver(found.document, json, lambda: show(found.blocks))
 
 
 @command
@@ -138,16 +145,18 @@ def external(
     *,
     options: ExternalArguments = ExternalOptions(),
     score: ThreadArguments = ScoreOptions(),
+    json: JsonFigures = None,
     out: Folder = Path("out"),
 ) -> None:
-    """Compare published experiments with fewer beams or points with on target, seen and other figures of the same rigs.
+    """Compare published experiments with fewer beams or points with predicted AP and other figures of the same rigs.
 
     Parameters
     ----------
     out
         Folder for external.csv.
     """
-    _run("external", options, score=score, out=out)
+    require_outputs([path for path in (options.nuscenes, options.kitti) if path is not None], json)
+    _run("external", options, score=score, out=out, json=json)
 
 
 @command

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
+import numpy as np
 from cyclopts import Group, Parameter
 from rich import box
 from rich.table import Table as Printed
@@ -32,10 +33,17 @@ from riglens.app.terminal.console import TERMINAL, results
 from riglens.app.terminal.loading import load_rigs
 from riglens.core.errors import InputError
 from riglens.core.files import require_ending
-from riglens.core.pieces.where import Where
+from riglens.core.pieces.backend import Backend
 from riglens.core.shown_text import visible
 from riglens.core.sweep.design import Span, Sweep
-from riglens.core.sweep.table import document_of, header_of, main_figures
+from riglens.core.sweep.table import (
+    better_of,
+    document_of,
+    doubles,
+    header_of,
+    main_figures,
+    near_best,
+)
 from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.evaluation.sweeping import LoadedSweep
 from riglens.jobs.sweeping import design_of, run_sweep, sweep_options
@@ -110,7 +118,7 @@ def sweep(
     json
         Also write data, settings and rows as JSON to a file; with - to standard output, instead of the table.
     """
-    where = Where(workers, dask)
+    backend = Backend(workers, dask)
     require_ending("out", out, ".parquet")
     require_ending("chart", chart, ".png", ".svg")
     require_outputs((*rigs, *scene.files, *([table] if table else [])), out, chart, json)
@@ -127,10 +135,10 @@ def sweep(
         from riglens.studies.sweep_chart import require_drawable  # matplotlib
 
         require_drawable(sweep.header, figure)
-    found = run_sweep(sweep, out, where, TERMINAL)
+    found = run_sweep(sweep, out, backend, TERMINAL)
     if chart is not None:
         draw(found, figure, chart)
-    deliver(document_of(found), json, lambda: _print(found, out))
+    deliver(document_of(found), json, lambda: print_figures(found, out))
 
 
 def draw(found: Table, figures: Sequence[str], path: Path) -> None:
@@ -141,20 +149,21 @@ def draw(found: Table, figures: Sequence[str], path: Path) -> None:
     write_picture(path, sweep_figure(found, figures))
 
 
-def _print(found: Table, out: Path) -> None:
-    """Print the least and the greatest of the main figures."""
+def print_figures(found: Table, out: Path) -> None:
+    """Print the least, the greatest and the best of the main figures."""
     console = results(out)
     console.print(f"{out}: {found.num_rows:,} rigs, {found.num_columns} columns", soft_wrap=True)
     printed = Printed(box=box.SIMPLE_HEAD, pad_edge=False)
-    for title in ("figure", "least", "greatest", "noise floor", "greatest with"):
-        printed.add_column(title, justify="left" if title in ("figure", "greatest with") else "right")
+    for title in ("figure", "better", "least", "greatest", "noise floor", "best with"):
+        printed.add_column(title, justify="left" if title in ("figure", "better", "best with") else "right")
     header = header_of(found)
     for name in main_figures(found):
-        rows = {row: value for row, value in enumerate(found[name].to_pylist()) if value is not None}
-        if rows:
-            best = max(rows, key=lambda row: rows[row])
-            values = (f"{field} {found[field][best].as_py():g}" for field in header["design"]["fields"])
-            floor = header["noise_floor"].get(name, 0.0)
-            row = (f"{min(rows.values()):.4f}", f"{rows[best]:.4f}", f"{floor:.4f}")
-            printed.add_row(name, *row, visible(", ".join(values) or found["rig"][best].as_py()))
+        values = doubles(found, name)
+        if np.isnan(values).all():
+            continue
+        best = int(near_best(name, values).argmax())
+        where = (f"{field} {found[field][best].as_py():g}" for field in header["design"]["fields"])
+        limits = np.nanmin(values), np.nanmax(values), header["noise_floor"][name]
+        row = (better_of(name), *(f"{one:.4f}" for one in limits))
+        printed.add_row(name, *row, visible(", ".join(where) or found["rig"][best].as_py()))
     console.print(printed)

@@ -1,4 +1,4 @@
-"""Hit coverage: points and pixels of rigs on objects; part of `riglens evaluate`, also a command of its own."""
+"""Hit coverage: points and pixels of rigs on objects; part of `riglens evaluate`."""
 
 from __future__ import annotations
 
@@ -7,41 +7,35 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from riglens.app.commands.options import (
-    CountArguments,
-    JsonFigures,
-    Parts,
-    RigArguments,
-    RigNames,
-    RunArguments,
-    Surroundings,
-    TrafficArguments,
-    command,
-)
-from riglens.app.commands.output import deliver, require_outputs
-from riglens.app.terminal.console import note, progress_bar, results
-from riglens.app.terminal.loading import load_rigs, load_traffic
+from riglens.app.commands.options import CountArguments, Parts
+from riglens.app.commands.output import require_outputs
+from riglens.app.terminal.console import progress_bar, results
+from riglens.app.terminal.loading import load_traffic
 from riglens.core.errors import InputError
+from riglens.core.figures.documents import objects_document
+from riglens.core.figures.figure import SE_FACTOR, Estimate
+from riglens.core.figures.objects import ObjectFigure, Part, parts_by_class, parts_by_sector
+from riglens.core.figures.predicted import FOUND, found_text
+from riglens.core.figures.registry import object_figures
 from riglens.core.files import atomic_write, require_ending
 from riglens.core.metric.scores import common_body
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensors.registry import AnyKind, further_kinds
 from riglens.core.shown_text import visible
+from riglens.core.shown_values import NONE
 from riglens.core.targets.calibration import read_calibration
+from riglens.core.targets.counts import Counted
 from riglens.core.targets.engine import TargetEngine, warm_up
 from riglens.core.targets.object_table import object_table
-from riglens.core.targets.quantities import RESOLVED, SURE
-from riglens.core.targets.scores import Estimate, Row, TargetScores, sectors_of
 from riglens.core.targets.settings import HEIGHT_PX, TargetSettings
-from riglens.core.targets.targets_json import targets_document
 from riglens.core.targets.traffic import Traffic
 from riglens.evaluation.options import SceneOptions, ScoreOptions
-from riglens.evaluation.scenario import remarks_on
 from riglens.studies.files import write_csv
 
 if TYPE_CHECKING:
@@ -55,61 +49,38 @@ _ROWS_AT_ONCE = 10_000
 class HitCoverage:
     """Figures of rigs in the same traffic."""
 
-    traffic: Traffic
-    scores: list[TargetScores]
+    counted: list[Counted]
 
     def document(self) -> dict[str, Any]:
         """Return the figures as plain data."""
-        return targets_document(self.traffic, self.scores)
+        return objects_document(self.counted)
 
     def show(self, by: Parts) -> None:
         """Print figures, and what they were counted on, on standard output."""
-        console = results()
-        for line in _heading(self.traffic, self.scores):
+        console, wanted = results(), self._figures
+        for line in _heading(self.counted):
             console.print(line, soft_wrap=True)
-        console.print(_table(self.scores, self._parts(by)))
-        for text in _explanation(self.scores):
+        console.print(_table(self.counted, wanted, self._parts(by, wanted)))
+        for text in _explanation(self.counted, wanted):
             console.print(text, soft_wrap=True)
 
-    def _parts(self, by: Parts) -> dict[str, dict[str, Row]]:
-        """Return the rows of parts of each class by their titles; none for several rigs."""
-        if len(self.scores) > 1:
+    @property
+    def _figures(self) -> tuple[ObjectFigure, ...]:
+        """The figures of the kinds of sensors that any of the rigs has; recall is said in words."""
+        present = {s.kind for one in self.counted for s in one.rig.sensors if s.enabled}
+        return tuple(figure for figure in object_figures(present) if figure is not FOUND)
+
+    def _parts(self, by: Parts, wanted: Sequence[ObjectFigure]) -> dict[str, dict[str, Part]]:
+        """Return the parts of each class by their titles; none for several rigs."""
+        if len(self.counted) > 1:
             return {name: {} for name in CLASSES}
-        only = self.scores[0]
+        only = self.counted[0]
         if by == "sector":
-            return sectors_of(self.traffic, only)
+            return parts_by_sector(only, wanted)
         return {
             name: {f"{ring.from_m:g} to {ring.to_m:g} m": ring for ring in found.rings}
-            for name, found in only.classes.items()
+            for name, found in parts_by_class(only, wanted, with_rings=True).items()
         }
-
-
-@command
-def targets(
-    *rigs: RigNames,
-    scene: TrafficArguments = SceneOptions(),
-    surroundings: Surroundings = None,
-    by: Parts = "ring",
-    count: CountArguments = CountArguments(),
-    score: RunArguments = ScoreOptions(),
-    reading: RigArguments = RigArguments(),
-    json: JsonFigures = None,
-) -> None:
-    """Count the points and pixels of rigs on objects, including occlusion by traffic.
-
-    Parameters
-    ----------
-    rigs
-        Rig files or preset names.
-    surroundings
-        block: houses, walls and poles of the bundled scenario hide objects too (ignored).
-    by
-        Parts of the table, for one rig: rings of 10 m of distance, or sectors of 45° around the car.
-    """
-    loaded = load_rigs(rigs, score, reading.libraries, reading.housings)
-    require_count_outputs(count, loaded, (*rigs, *scene.files), json, by)
-    found = count_hits(loaded, scene.surrounded(surroundings), count, score)
-    deliver(found.document(), json, lambda: found.show(by))
 
 
 def require_count_outputs(
@@ -123,16 +94,20 @@ def require_count_outputs(
     require_outputs(reads, json, count.objects)
 
 
-def count_hits(
-    rigs: Sequence[Rig], scene: SceneOptions, count: CountArguments, score: ScoreOptions
-) -> HitCoverage:
-    """Load the traffic and count for each rig from scratch, so that their times can be compared."""
+def count_inputs(
+    scene: SceneOptions, count: CountArguments, score: ScoreOptions
+) -> tuple[Traffic, TargetSettings]:
+    """Load the traffic and return it with the settings of counting; raise InputError for what does not fit."""
     if scene.pog is not None:
         raise InputError("needs a box data set: a stored POG holds no objects", "targets")
     how = count_settings(count, score)
-    traffic = load_traffic(scene, count.within_m)
-    for line in remarks_on(traffic.data):
-        note(line)
+    return load_traffic(scene, count.within_m), how
+
+
+def count_hits(
+    rigs: Sequence[Rig], traffic: Traffic, how: TargetSettings, count: CountArguments, score: ScoreOptions
+) -> HitCoverage:
+    """Count for each rig from scratch, so that their times can be compared."""
     found = []
     warm_up(score.threads)
     with progress_bar("Casting rays") as progress:
@@ -141,8 +116,8 @@ def count_hits(
             found.append(engine.evaluate(rig, how, count.sample))
             progress(number_ / len(rigs))
     if count.objects is not None:
-        _write_objects(count.objects, object_table(traffic, found[0]))
-    return HitCoverage(traffic, found)
+        _write_objects(count.objects, object_table(found[0]))
+    return HitCoverage(found)
 
 
 def count_settings(count: CountArguments, score: ScoreOptions) -> TargetSettings:
@@ -169,14 +144,15 @@ def _write_objects(path: Path, table: pa.Table) -> None:
 # ---------------------------------------------------------------- tables
 
 
-def _heading(traffic: Traffic, every: Sequence[TargetScores]) -> Iterator[Text]:
-    """Data and assumptions, in two lines."""
-    scores = every[0]
-    settings = scores.settings
-    frames = f"{scores.frames:,} frames"
-    if scores.frames_used < scores.frames:
-        frames = f"{scores.frames_used:,} of {scores.frames:,} frames"
-    objects = ", ".join(f"{name} {scores.classes[name].total.objects:,}" for name in CLASSES)
+def _heading(every: Sequence[Counted]) -> Iterator[Text]:
+    """Data and assumptions, in three lines."""
+    counted = every[0]
+    settings, traffic = counted.settings, counted.traffic
+    frames = f"{counted.frames:,} frames"
+    if not counted.is_whole:
+        frames = f"{counted.frames_used:,} of {counted.frames:,} frames"
+    numbers = np.bincount(counted.groups.cls, minlength=len(CLASSES)).tolist()
+    objects = ", ".join(f"{name} {number:,}" for name, number in zip(CLASSES, numbers, strict=True))
     source = visible(traffic.data.short_source)
     yield _line("Data", f"{source}: {frames}; objects within {traffic.within_m:g} m: {objects}")
     around = "block" if traffic.surroundings_sha256 else "ignored"
@@ -185,7 +161,7 @@ def _heading(traffic: Traffic, every: Sequence[TargetScores]) -> Iterator[Text]:
     phase = f"random (seed {settings.seed})" if settings.phase == "random" else "as listed"
     body = common_body(one.settings.body for one in every)
     by_rig = ", ".join(f"{one.settings.body} for {visible(one.rig.name)}" for one in every)
-    calibration = scores.calibration
+    calibration = counted.calibration
     yield _line(
         "Predict",
         f"{calibration.predicts} by '{visible(calibration.name)}', objects {calibration.domain.region}, LiDARs alone",
@@ -193,107 +169,92 @@ def _heading(traffic: Traffic, every: Sequence[TargetScores]) -> Iterator[Text]:
     yield _line("Count", f"body {body or by_rig}, {shape}, {law}, spin phase {phase}, surroundings {around}")
 
 
-def _explanation(every: Sequence[TargetScores]) -> Iterable[str]:
+def _explanation(every: Sequence[Counted], wanted: Sequence[ObjectFigure]) -> Iterable[str]:
     """Yield the lines that explain the columns."""
-    scores = every[0]
-    points = scores.settings.min_points
+    first = every[0]
+    for figure in wanted:
+        calibration = figure.calibrated(first)
+        if calibration is not None:
+            yield f"{_heading_of(figure)}: by this detector: {visible(calibration.detector)}."
+        elif not figure.leads:
+            yield f"{_heading_of(figure)}: {figure.tip}"
     yield (
-        "on target = mean of 1 - exp(-cells/5), cells of 0.2 m hit by LiDARs; visible = pixels seen "
-        "of those without occlusion."
+        f"An object is detected by {first.settings.min_points} LiDAR points, or {HEIGHT_PX} px of height in a picture"
+        f"{''.join(f', or {k.hits.threshold:g} {k.hits.label} of {k.plural}' for k in _further(every))}."
     )
-    yield (
-        f"both = at least {points} points, and {HEIGHT_PX} pixels tall; neither = less of each. More is better, "
-        "except for neither."
-    )
-    for kind in _further(every):
-        yield (
-            f"{kind.plural} = at least {kind.hits.threshold:g} {kind.hits.label}; one more kind in both and neither."
-        )
-    predicted = scores.calibration
-    yield (
-        f"predicted {predicted.predicts} = what a detector would reach on these objects: "
-        f"{visible(predicted.detector)}; ± is two standard errors, of calibration and sample."
-    )
-    for one in every:
-        if one.predicted_outside:
-            yield f"{visible(one.rig.name)}: outside the domain of the prediction: {one.predicted_outside}."
-    if recall := scores.settings.recall:
+    if recall := first.settings.recall:
         for one in every:
-            if said := one.of_100(SURE):
-                outside = f"; outside its domain: {one.found_outside}" if one.found_outside else ""
-                yield f"{visible(one.rig.name)}: {said[0].lower()}{said[1:]}{outside}."
+            if text := found_text(one, SE_FACTOR):
+                reason = one.outside(recall)
+                outside = f"; outside its domain: {reason}" if reason else ""
+                yield f"{visible(one.rig.name)}: {text[0].lower()}{text[1:]}{outside}."
         yield (
             f"found = by this detector: {visible(recall.detector)}; ± two standard errors. It does not predict your "
             "stack."
         )
     if len(every) > 1:
-        yield (
-            f"Differences of less than {100.0 * RESOLVED:g} in on target or predicted {predicted.predicts} do not tell "
-            "rigs apart."
-        )
-    if scores.frames_used < scores.frames:
-        yield "± of the others is two standard errors of the sample of frames."
+        for figure in wanted:
+            if figure.resolved:
+                yield (
+                    f"Differences of less than {100.0 * figure.resolved:g} in {_heading_of(figure)} do not tell rigs "
+                    "apart."
+                )
+    sample = "" if first.is_whole else "of the sample of frames and "
+    yield f"± is two standard errors {sample}of the calibration."
 
 
-def _table(scores: Sequence[TargetScores], parts: Mapping[str, Mapping[str, Row]]) -> Table:
+def _table(
+    every: Sequence[Counted],
+    wanted: Sequence[ObjectFigure],
+    parts: Mapping[str, Mapping[str, Part]],
+) -> Table:
     """Rigs as rows, one section per class, with its parts below."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=0)
-    points = scores[0].settings.min_points
     table.add_column("in %, except\nobjects and medians", no_wrap=True, overflow="ellipsis", max_width=20)
-    further = _further(scores)
-    for title in (
-        "\nobjects", f"predicted\n{scores[0].calibration.predicts}", "LiDAR\non target", "LiDAR\n≥ 1 pt",
-        f"LiDAR\n≥ {points} pts", "median\npts",
-        "camera\nvisible", f"camera\n≥ {HEIGHT_PX} px", "median\npx",
-        *(_stacked(kind.plural) for kind in further), "\nboth", "\nneither",
-    ):  # fmt: skip
-        widest = max(map(len, title.split()))
-        table.add_column(
-            title, justify="right", min_width=max(5, widest)
-        )  # without room, ± goes below the value
+    for title in ("objects", *(figure.short for figure in wanted)):
+        stacked = _stacked(title)
+        widest = max(map(len, stacked.split()))
+        # without room, ± goes below the value
+        table.add_column(stacked, justify="right", min_width=max(5, widest))
+    totals = [parts_by_class(one, wanted) for one in every]
     for name in CLASSES:
         table.add_row(Text(name, "bold"))
-        for one in scores:
-            table.add_row(Text(f"  {visible(one.rig.name)}"), *_figures(one.classes[name].total, further))
+        for one, found in zip(every, totals, strict=True):
+            table.add_row(Text(f"  {visible(one.rig.name)}"), *_cells(found[name].total, wanted))
         for title, part in parts[name].items():
-            table.add_row(Text(f"    {title}", "dim"), *_figures(part, further))
+            table.add_row(Text(f"    {title}", "dim"), *_cells(part, wanted))
         table.add_section()
     return table
 
 
-def _further(scores: Sequence[TargetScores]) -> tuple[AnyKind, ...]:
-    return further_kinds(kind for one in scores for kind in one.objects.returns)
+def _further(every: Sequence[Counted]) -> tuple[AnyKind, ...]:
+    return further_kinds(kind for one in every for kind in one.objects.returns)
+
+
+def _heading_of(figure: ObjectFigure) -> str:
+    """Return a figure's heading within a sentence."""
+    return figure.short if figure.short[:2].isupper() else f"{figure.short[0].lower()}{figure.short[1:]}"
 
 
 def _stacked(words: str) -> str:
-    """Return one or two words as a heading of two lines."""
-    return words.replace(" ", "\n") if " " in words else f"\n{words}"
+    """Return a heading of two lines."""
+    first, _, last = words.rpartition(" ")
+    return f"{first}\n{last}"
 
 
-def _figures(row: Row, further: Sequence[AnyKind]) -> list[str]:
-    if not row.objects:
-        return ["0", *["–"] * (10 + len(further))]
-    return [
-        f"{row.objects:,}",
-        "–" if row.predicted is None else _share(row.predicted),
-        _share(row.on_target),
-        _share(row.share_1),
-        _share(row.share_n),
-        f"{row.median_points:g}",
-        _share(row.visible),
-        _share(row.share_25px),
-        f"{row.median_height_px:.0f}",
-        *(_share(row.by_kind.get(kind.name, Estimate())) for kind in further),
-        _share(row.both),
-        _share(row.neither),
-    ]
+def _cells(part: Part, wanted: Sequence[ObjectFigure]) -> list[str]:
+    return [f"{part.objects:,}", *(_text(figure, part[figure.key]) for figure in wanted)]
 
 
-def _share(found: Estimate) -> str:
-    """Percent, with two standard errors where it comes from a sample."""
+def _text(figure: ObjectFigure, found: Estimate) -> str:
+    """Percent, with two standard errors where it is a sample or a prediction; numbers as they are."""
+    if not found.exists:
+        return NONE
+    if figure.unit != "share":
+        return f"{found.value:g}" if figure.unit == "points" else f"{found.value:.0f}"
     if found.se == 0.0:
         return f"{100.0 * found.value:.1f}"
-    return f"{100.0 * found.value:.1f} ±{100.0 * SURE * found.se:.1f}"
+    return f"{100.0 * found.value:.1f} ±{100.0 * SE_FACTOR * found.se:.1f}"
 
 
 def _line(label: str, text: str) -> Text:

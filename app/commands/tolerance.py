@@ -1,33 +1,24 @@
-"""Tolerance of figures to errors of mounts and a car that pitches; part of `riglens review`, also alone."""
+"""Tolerance of figures to errors of mounts and a car that pitches: part of `riglens review`."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 from cyclopts import Group, Parameter
 from rich.table import Table
 from rich.text import Text
 
-from riglens.app.commands.options import (
-    JsonFigures,
-    RigArguments,
-    RigName,
-    SceneArguments,
-    ScoreArguments,
-    Whole,
-    command,
-    number,
-)
-from riglens.app.commands.output import deliver, require_outputs
+from riglens.app.commands.options import number
 from riglens.app.terminal.console import progress_bar, results
-from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic
 from riglens.app.terminal.tables import table
 from riglens.core.errors import InputError
+from riglens.core.figures.registry import tolerated_figures
 from riglens.core.files import write_file
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.review.documents import tolerance_document
-from riglens.core.review.measures import ON_TARGET, SEEN, Measures
+from riglens.core.review.measures import Measures, measured_name
 from riglens.core.review.tolerance import (
     Sensitivity,
     ToleranceProfile,
@@ -41,79 +32,50 @@ from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.file import dumps
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.shown_text import visible
-from riglens.core.targets.traffic import WITHIN_M, Traffic
-from riglens.evaluation.options import SceneOptions, ScoreOptions
+from riglens.core.targets.traffic import Traffic
+from riglens.evaluation.options import ScoreOptions
 from riglens.evaluation.scenario import settings_of
 
-DRAWING = Group("Tolerance", sort_key=15)
+DRAWING = Group("Tolerance", sort_key=9)
 SHOWN = 10
-Errors = Annotated[str, Parameter(group=DRAWING, metavar="NAME")]
-Draws = Annotated[int, number(DRAWING)]
 
 
-class Drawing(NamedTuple):
-    """Errors to draw, how often, from which seed, and in how many frames objects are counted meanwhile."""
+@Parameter(name="*")
+@dataclass(frozen=True)
+class ToleranceArguments:
+    """Options of the tolerance."""
 
-    errors: ToleranceProfile
-    draws: int
-    seed: int
-    sample: int | None
+    errors: Annotated[str, Parameter(group=DRAWING, metavar="NAME")] = "assembly"
+    """Errors to draw: assembly, service, brackets, ride or load."""
+    draws: Annotated[int, number(DRAWING)] = 256
+    """Number of draws, which take most of the time; the sequence is balanced in powers of two."""
+    seed: Annotated[int, number(DRAWING)] = 0
+    """Seed of the draws; the same seed gives the same errors to rigs with the same sensors."""
+    sample: Annotated[int, number(DRAWING)] = 100
+    """Number of frames in which objects are counted for the tolerance; 0 for none."""
+    sensitivities: Annotated[bool, Parameter(group=DRAWING, negative="--no-sensitivities")] = True
+    """Also report the effect of each error on its own."""
+    worst: Annotated[Path | None, Parameter(group=DRAWING, metavar="FILE.yaml")] = None
+    """Also write the rig of the worst draw, to compare it with the rig as designed."""
+    worst_by: Annotated[str, Parameter(group=DRAWING, metavar="NAME")] = "seen car"
+    """Figure by which the worst draw is chosen, such as "seen car" or "on_target pedestrian"."""
 
-    @classmethod
-    def of(cls, errors: str, draws: int, seed: int, sample: int | None) -> Drawing:
-        """Return what was asked for; InputError for a number or a name that there is not."""
-        require_draws(draws, seed, 1)
-        return cls(profile_called(errors), draws, seed, sample)
+    def __post_init__(self) -> None:
+        require_draws(self.draws, self.seed, 1)
+        figures = [measured_name(one, cls) for one in tolerated_figures() for cls in CLASSES]
+        if self.worst_by not in figures:
+            raise InputError(f"must be one of {', '.join(figures)} (got '{self.worst_by}')", "worst_by")
+        profile_called(self.errors)
 
+    @property
+    def files(self) -> dict[str, Path | None]:
+        """The files to write, by option."""
+        return {"worst": self.worst}
 
-@command
-def tolerance(
-    rig: RigName,
-    /,
-    *,
-    errors: Errors = "assembly",
-    draws: Draws = 256,
-    seed: Draws = 0,
-    sample: Annotated[Whole, Parameter(group=DRAWING)] = 100,
-    sensitivities: Annotated[bool, Parameter(group=DRAWING, negative="--no-sensitivities")] = True,
-    worst: Annotated[Path | None, Parameter(group=DRAWING, metavar="FILE.yaml")] = None,
-    figure: Errors = "seen car",
-    scene: SceneArguments = SceneOptions(),
-    score: ScoreArguments = ScoreOptions(),
-    reading: RigArguments = RigArguments(),
-    json: JsonFigures = None,
-) -> None:
-    """Report the spread of a rig's figures under small errors of its mounts and of the car's pose.
-
-    Parameters
-    ----------
-    errors
-        Which errors: assembly, service, brackets, ride or load.
-    draws
-        Number of draws; the sequence is balanced in powers of two.
-    seed
-        Seed of the draws; the same seed gives the same errors to rigs with the same sensors.
-    sample
-        Number of frames in which objects are counted; 0 for none.
-    sensitivities
-        Also report the effect of each error on its own.
-    worst
-        Also write the rig of the worst draw, to compare it with the rig as designed.
-    figure
-        Figure by which the worst draw is chosen, such as "seen car" or "on_target pedestrian".
-    """
-    asked = Drawing.of(errors, draws, seed, sample)
-    (opened,) = load_rigs([rig], score, reading.libraries, reading.housings)
-    require_outputs((rig, *scene.files), worst, json)
-    figures = [f"{kind} {cls}" for kind in (SEEN, ON_TARGET) for cls in CLASSES]
-    if figure not in figures:
-        raise InputError(f"must be one of {', '.join(figures)} (got '{figure}')", "figure")
-    _, field = load_scene(scene, [opened], score)
-    traffic = load_traffic(scene, WITHIN_M) if sample != 0 and scene.pog is None else None
-    found, document = drawn(opened, field, traffic, score, asked, sensitivities)
-    if worst is not None:
-        write_file(worst, dumps(worst_rig(found, figure)))
-    deliver(document, json, lambda: print_tolerance(found, document["body"]))
+    def write(self, found: ToleranceResult) -> None:
+        """Write the rig of the worst draw, if a file for it was named."""
+        if self.worst is not None:
+            write_file(self.worst, dumps(worst_rig(found, self.worst_by)))
 
 
 def drawn(
@@ -121,13 +83,14 @@ def drawn(
     field: EntropyField,
     traffic: Traffic | None,
     score: ScoreOptions,
-    asked: Drawing,
-    sensitivities: bool = True,
+    asked: ToleranceArguments,
 ) -> tuple[ToleranceResult, dict[str, Any]]:
     """Draw errors of a rig; return how its figures spread, also as plain data."""
     with progress_bar("Drawing errors") as progress:
         measure = Measures(field, traffic, settings_of(score), asked.sample, score.threads, designed=rig)
-        found = tolerance_of(rig, asked.errors, measure, asked.draws, asked.seed, sensitivities, progress)
+        found = tolerance_of(
+            rig, profile_called(asked.errors), measure, asked.draws, asked.seed, asked.sensitivities, progress
+        )
     return found, tolerance_document(found, score.body_of(rig), measure)
 
 

@@ -15,18 +15,20 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import psutil
 from pydantic import BaseModel, ConfigDict, Field
 
 from riglens.core.errors import InputError
-from riglens.core.file_lock import FileLock, is_locked
-from riglens.core.files import atomic_write
+from riglens.core.files import atomic_write, hold_lock, release_lock
 from riglens.core.rig.model import Rig
 from riglens.core.rig.ray_file import reader_in
 from riglens.core.rig.yaml.file import dumps, loads
 from riglens.core.rig.yaml.nodes import MAX_BYTES
+
+if TYPE_CHECKING:
+    from filelock import BaseFileLock
 
 VERSION = 1
 SUFFIX, LOCK_SUFFIX = ".autosave.json", ".autosave.lock"
@@ -55,7 +57,7 @@ class AutosaveFile:
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
-        self._lock: FileLock | None = None
+        self._lock: BaseFileLock | None = None
         # not by process number alone: in containers, a window that crashed often had the same one
         self.path = folder / f"{os.getpid()}-{secrets.token_hex(6)}{SUFFIX}"
 
@@ -95,14 +97,14 @@ class AutosaveFile:
         with contextlib.suppress(OSError):
             self.path.unlink(missing_ok=True)
         if self._lock is not None:
-            self._lock.release()
+            release_lock(self._lock)
             self._lock = None
 
     def _hold(self) -> None:
         """Mark this window as running, before its file appears; without locks the owner in the file does so."""
         if self._lock is None:
             with contextlib.suppress(OSError):
-                self._lock = FileLock(_lock_of(self.path))
+                self._lock = hold_lock(_lock_of(self.path))
 
 
 def orphans(folder: Path) -> list[Orphan]:
@@ -182,8 +184,15 @@ def _path(said: object) -> Path | None:
 
 def _is_live(file: Path, owner: _Owner) -> bool:
     """Return whether the window that wrote a file still runs: by its lock, which changes of the clock do not affect."""
-    with contextlib.suppress(FileNotFoundError):
-        return is_locked(_lock_of(file))
+    lock = _lock_of(file)
+    if lock.is_file():
+        try:
+            hold_lock(lock).release()
+            return False
+        except BlockingIOError:
+            return True
+        except OSError:  # a file system without locks
+            pass
     try:
         return abs(psutil.Process(owner.pid).create_time() - owner.started_at) < 1.0
     except psutil.NoSuchProcess:

@@ -192,7 +192,7 @@ class OpenRig(QObject):
         self._history.mark_saved()
         self.path = path
         self.file_changed.emit()
-        self._tell_parts()
+        self._emit_parts()
 
     # ------------------------------------------------------------------ selection and visibility
     def select(self, name: str | None) -> None:
@@ -254,7 +254,7 @@ class OpenRig(QObject):
         self.cancel_drag()
         self._last_edit = Edit("")
         is_other = self._history.apply(label, self.rig, marks=marks)
-        self._tell_parts()
+        self._emit_parts()
         return is_other
 
     def _refuse_locked(self, names: Names) -> None:
@@ -299,14 +299,14 @@ class OpenRig(QObject):
         self.rig_changed.emit()
         if failed != self._failed:
             self.failed_changed.emit()
-        self._tell_parts()
+        self._emit_parts()
         if not self.is_dragging:
             self.rig_settled.emit()
 
     def _parts(self) -> _Emitted:
         return _Emitted(self.rig.vehicle, self.is_modified, (self.undo_label, self.redo_label))
 
-    def _tell_parts(self) -> None:
+    def _emit_parts(self) -> None:
         """Emit the parts that differ from those emitted last."""
         before, now = self._emitted, self._parts()
         self._emitted = now

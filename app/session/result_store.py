@@ -34,7 +34,7 @@ class ResultStore(QObject):
         queued = Qt.ConnectionType.QueuedConnection
         recompute.evaluated.connect(self.take, queued)
         recompute.approximated.connect(self.take_approximation, queued)
-        session.asked_changed.connect(self._ask_again)
+        session.request_changed.connect(self._ask_again)
 
     @property
     def is_current(self) -> bool:

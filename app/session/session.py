@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject, Signal
 
 from riglens.app.session.document import Document
+from riglens.core.figures.heatmaps import OFF, HeatMap
+from riglens.core.figures.registry import heat_map_named
 from riglens.core.metric.scores import Body, MetricSettings
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.targets.settings import TargetSettings
 from riglens.evaluation.known_body import known_body
-from riglens.evaluation.options import HEAT_TITLES, HeatMode, TargetHeatMode
 from riglens.evaluation.requests import EvaluationRequest, LoadedScene
 
 if TYPE_CHECKING:  # loaded with the first scene
@@ -27,10 +28,15 @@ if TYPE_CHECKING:  # loaded with the first scene
 
 @dataclass(frozen=True)
 class HeatChoice:
-    """Mode and traffic class of the heatmap; the map from above shows the same class."""
+    """Key of the heatmap, or OFF, and its traffic class; the map from above shows the same class."""
 
-    mode: HeatMode | TargetHeatMode = "unseen"
+    mode: str = "unseen"
     class_name: str = CLASSES[0]
+
+    @property
+    def map(self) -> HeatMap | None:
+        """Return the heatmap, None for none."""
+        return heat_map_named(self.mode)
 
 
 class Session(QObject):
@@ -39,7 +45,7 @@ class Session(QObject):
     Changes of the rig itself are emitted by `document`.
     """
 
-    asked_changed = Signal()
+    request_changed = Signal()
     """`request` may have changed; emitted after the signal of the change."""
     settings_changed = Signal()
     """Method, reading, camera weight of the metric, or whether the car's body blocks."""
@@ -67,10 +73,10 @@ class Session(QObject):
         self._body: Body | None = body
         self._meshes: dict[str, BodyMesh] = {}
         self._told_body = self.body
-        document.rig_changed.connect(self._tell_body)
-        document.rig_changed.connect(self.asked_changed)
-        document.failed_changed.connect(self.asked_changed)
-        document.file_changed.connect(self._tell_baseline)
+        document.rig_changed.connect(self._emit_body)
+        document.rig_changed.connect(self.request_changed)
+        document.failed_changed.connect(self.request_changed)
+        document.file_changed.connect(self._emit_baseline)
 
     # ------------------------------------------------------------------ what it is
     @property
@@ -103,9 +109,8 @@ class Session(QObject):
 
     @property
     def working_rig(self) -> Rig:
-        """The rig that figures are of: without what has failed and without keep-out zones, with the mesh of its
-        body."""
-        return self.with_mesh(_without_zones(self.document.working_rig))
+        """The rig that figures are of: without what has failed, with the mesh of its body."""
+        return self.with_mesh(self.document.working_rig)
 
     def with_mesh(self, rig: Rig) -> Rig:
         """Return a rig with the mesh of its body as it was read last; the same rig where there is no other to add."""
@@ -130,7 +135,7 @@ class Session(QObject):
     @property
     def baseline(self) -> Rig:
         """The rig that changes of the scores are counted from: the pinned one, else the one last saved or opened."""
-        return _without_zones(self.document.saved_rig if self._pinned is None else self._pinned)
+        return self.document.saved_rig if self._pinned is None else self._pinned
 
     @property
     def voxel(self) -> Voxel | None:
@@ -145,7 +150,7 @@ class Session(QObject):
     def request(self) -> EvaluationRequest:
         """Return the request for the current state."""
         document, heat = self.document, self._heat
-        mode: HeatMode = heat.mode if heat.mode in HEAT_TITLES else "off"
+        mode = heat.mode if heat.map is not None and heat.map.needs == "voxels" else OFF
         return EvaluationRequest(
             document.revision, self.working_rig, self.with_mesh(self.baseline), self.settings, mode, heat.class_name,
             document.is_dragging, self._map_source, self._voxel, self._looks_around,
@@ -158,7 +163,7 @@ class Session(QObject):
             self._body = body
             self._told_body = self.body
             self.settings_changed.emit()
-            self.asked_changed.emit()
+            self.request_changed.emit()
 
     def take_mesh(self, body: str, mesh: BodyMesh | None) -> None:
         """Take the mesh of the vehicle's body `body`, None when there is none, or none that can be read."""
@@ -166,11 +171,11 @@ class Session(QObject):
         self._meshes.pop(body, None)
         if mesh is not None:
             self._meshes[body] = mesh
-        self._tell_body()
+        self._emit_body()
         if self.rig.vehicle.body_mesh is not known:
-            self.asked_changed.emit()
+            self.request_changed.emit()
 
-    def _tell_body(self) -> None:
+    def _emit_body(self) -> None:
         """Emit a change of the current rig's body; the caller emits that of the request."""
         if self.body != self._told_body:
             self._told_body = self.body
@@ -182,7 +187,7 @@ class Session(QObject):
         if settings != self._settings:
             self._settings = settings
             self.settings_changed.emit()
-            self.asked_changed.emit()
+            self.request_changed.emit()
 
     def set_targets(self, targets: TargetSettings) -> None:
         """Set how points on objects are counted."""
@@ -195,40 +200,40 @@ class Session(QObject):
         if heat != self._heat:
             self._heat = heat
             self.heat_changed.emit()
-            self.asked_changed.emit()
+            self.request_changed.emit()
 
     def pin(self, rig: Rig | None) -> None:
         """Make a rig the baseline, or with None the last saved one again."""
         if rig != self._pinned:
             self._pinned = rig
-            self._tell_baseline(is_other_pin=True)
+            self._emit_baseline(is_other_pin=True)
 
-    def _tell_baseline(self, is_other_pin: bool = False) -> None:
+    def _emit_baseline(self, is_other_pin: bool = False) -> None:
         """Emit a change of the baseline; a pin is also emitted when it equals the last saved rig."""
         if is_other_pin or self.baseline != self._told_baseline:
             self._told_baseline = self.baseline
             self.baseline_changed.emit()
-            self.asked_changed.emit()
+            self.request_changed.emit()
 
     def pick(self, voxel: Voxel | None) -> None:
         """Request the explanation of a voxel, or none."""
         if voxel != self._voxel:
             self._voxel = voxel
             self.voxel_changed.emit()
-            self.asked_changed.emit()
+            self.request_changed.emit()
 
     def look_at_map(self, source: SeenBy | None) -> None:
         """Set the coverage that the map adds up; None when no view shows it, which needs no new result."""
         if source != self._map_source:
             self._map_source = source
             if source is not None:
-                self.asked_changed.emit()
+                self.request_changed.emit()
 
     def look_around(self, is_wanted: bool) -> None:
         """Set whether blind zones are wanted; that none are needs no new result."""
         before, self._looks_around = self._looks_around, is_wanted
         if is_wanted and not before:
-            self.asked_changed.emit()
+            self.request_changed.emit()
 
     def show_scene(self, scene: LoadedScene) -> None:
         """Switch to other traffic; the picked voxel of another grid is dropped."""
@@ -236,8 +241,3 @@ class Session(QObject):
         if before is not None and before.field.grid != scene.field.grid:
             self.pick(None)
         self.scene_changed.emit(scene)
-
-
-def _without_zones(rig: Rig) -> Rig:
-    """Return a rig without painted keep-out zones, on which no figure depends; the same rig where there are none."""
-    return rig.model_copy(update={"keep_out": ()}) if rig.keep_out else rig

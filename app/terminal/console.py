@@ -6,6 +6,7 @@ import os
 import sys
 from collections.abc import Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
 
@@ -21,9 +22,11 @@ from riglens.core.files import is_stream
 from riglens.core.monitor import Monitor, Stage
 from riglens.core.shown_tables import Block, Paragraph, ShownTable
 from riglens.core.shown_text import visible, visible_lines
+from riglens.evaluation.names import option_with
 
 PIPE_WIDTH, FEWEST_LETTERS = 140, 12
 """Columns when standard output is a file or a pipe; letters that words keep in a line where a table is too wide."""
+_noted = ContextVar[set[str] | None]("noted", default=None)
 
 
 def results(beside: str | Path | None = None) -> Console:
@@ -113,8 +116,23 @@ def show(blocks: Iterable[Block], beside: str | Path | None = None) -> None:
 
 
 def note(message: str) -> None:
-    """Print a remark, which is not an error, as one line on standard error."""
+    """Print a remark, which is not an error, as one line on standard error; only once within `notes_once`."""
+    noted = _noted.get()
+    if noted is not None:
+        if message in noted:
+            return
+        noted.add(message)
     remarks().print(Text(f"note: {visible(message)}"), soft_wrap=True)
+
+
+@contextmanager
+def notes_once() -> Iterator[None]:
+    """Print each note once while the block runs: scene and objects of the same data have the same remarks."""
+    token = _noted.set(set())
+    try:
+        yield
+    finally:
+        _noted.reset(token)
 
 
 @contextmanager
@@ -138,6 +156,10 @@ class _Terminal(Monitor):
     def note(self, line: str) -> None:
         """Print a remark."""
         note(line)
+
+    def advice(self, field: str, value: object) -> str:
+        """Return an option."""
+        return option_with(field, value)
 
     def stage(self, title: str) -> AbstractContextManager[Stage]:
         """Show a progress bar."""

@@ -17,7 +17,7 @@ from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensors.registry import shown_kinds
 from riglens.core.shown_text import visible
-from riglens.core.shown_values import decimals, percent, thousands
+from riglens.core.shown_values import NONE, decimals, percent, thousands
 from riglens.evaluation.options import ScoreOptions
 from riglens.evaluation.scenario import settings_of
 from riglens.evaluation.scene_words import scene_lines
@@ -50,10 +50,15 @@ def score_rigs(
     return evaluations
 
 
-def print_scores(evaluations: Sequence[Evaluation], field: EntropyField, score: ScoreOptions) -> None:
-    """Print the scores and what they were computed on, on standard output."""
-    show(scene_lines(field, [evaluation.rig for evaluation in evaluations], score))
+def print_scene(field: EntropyField, rigs: Sequence[Rig], score: ScoreOptions) -> None:
+    """Print what was scored and how, on standard output."""
+    show(scene_lines(field, rigs, score))
+
+
+def print_scores(evaluations: Sequence[Evaluation], score: ScoreOptions) -> None:
+    """Print the paper's scores on standard output."""
     console = results()
+    console.print(Text("The paper's scores", "bold"))
     console.print(score_table(evaluations))
     console.print(EXPLANATION[score.reading], soft_wrap=True)
 
@@ -72,12 +77,13 @@ def score_table(evaluations: Sequence[Evaluation]) -> Table:
         digits = decimals(h_total)
         made.add_row(Text(f"{name}, H(Ω) {thousands(h_total, digits)}", "bold"))
         for evaluation in evaluations:
-            scores = evaluation.scores.classes[name]
+            scores, sensors = evaluation.scores.classes[name], evaluation.rig.sensors
+            own = {sensor.kind for sensor in sensors if sensor.enabled}
             made.add_row(
                 Text(f"  {visible(evaluation.rig.name)}"),
                 *(thousands(scores.kinds[kind.name].s_mig, digits) for kind in weighed),
                 thousands(scores.s_ms, digits),
-                *(percent(scores.kinds[kind.name].seen) for kind in shown),
+                *(percent(scores.kinds[kind.name].seen) if kind.name in own else NONE for kind in shown),
                 percent(scores.any_seen),
             )
         made.add_section()

@@ -24,7 +24,6 @@ from riglens.app.window.features.frame import FrameView
 from riglens.app.window.features.gain_on_car import GainOnCar
 from riglens.app.window.features.heat import Heat, RaysShown
 from riglens.app.window.features.help import Help
-from riglens.app.window.features.keep_out import KeepOutZones
 from riglens.app.window.features.maps import Map, SensorView
 from riglens.app.window.features.marginals import Marginals
 from riglens.app.window.features.measure import Measure
@@ -108,7 +107,6 @@ class Features:
         self.compare = Compare(bench, self.files, self.exchange, self.targets)
         self.propose = Propose(bench, self.compare)
         self.gain_on_car = GainOnCar(bench, self.propose)
-        self.keep_out = KeepOutZones(bench, self.mounts)
         self.report = Report(bench, self.compare, self.propose)
         self.units = Units(bench)
         self.car = Car(bench)

@@ -50,7 +50,7 @@ def open_window(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
 
     path = opened.file.path if opened.file is not None else None
     document = Document(opened.rig, opened.file, path)
-    settings = MetricSettings(score.method, score.reading, score.camera_weight)
+    settings = MetricSettings(camera_weight=score.camera_weight)
     kept = Settings(config_folder() / "window.ini")
     viewport = create_viewport(palette=palette(is_dark()))
     recompute = Recompute(threads=score.threads, waits=True, others=OtherKernels())

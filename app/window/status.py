@@ -9,6 +9,8 @@ from PySide6.QtWidgets import QStatusBar, QWidget
 
 from riglens.app.background.tasks import Task
 from riglens.core.metric.scores import Body
+from riglens.core.scene.survey import doubtful, doubts
+from riglens.evaluation.names import label_with
 from riglens.evaluation.requests import Approximation, LoadedScene, Result, failed_text
 from riglens.widgets.panels.controls.messages import ProgressStrip
 from riglens.widgets.panels.controls.scrolled import ElidedLabel
@@ -44,10 +46,11 @@ class StatusBar(QStatusBar):
         self.setSizeGripEnabled(False)
         self.state, self.time, self.scene = ElidedLabel(UPDATING), ElidedLabel(), ElidedLabel()
         self.scene.setTextFormat(Qt.TextFormat.PlainText)
-        self.body, self.failed = ElidedLabel(), ElidedLabel()
-        self.failed.setTextFormat(Qt.TextFormat.PlainText)
-        self.failed.setObjectName("warning")
-        self.failed.hide()
+        self.body, self.failed, self.doubts = ElidedLabel(), ElidedLabel(), ElidedLabel()
+        for warning in (self.failed, self.doubts):
+            warning.setTextFormat(Qt.TextFormat.PlainText)
+            warning.setObjectName("warning")
+            warning.hide()
         self._is_coarse = False
         self._waiting = UPDATING
         self._last: Result | None = None
@@ -55,6 +58,7 @@ class StatusBar(QStatusBar):
         self.addWidget(self.state)
         self.addWidget(self.time)
         self.addPermanentWidget(self.failed)
+        self.addPermanentWidget(self.doubts)
         self.addPermanentWidget(self.body)
         self.addPermanentWidget(self.scene)
         self.messageChanged.connect(self._make_room)
@@ -110,7 +114,7 @@ class StatusBar(QStatusBar):
         """Show how long the evaluation took."""
         self.state.setText("exact" if is_current else UPDATING)
         evaluation = result.evaluation
-        self.state.setToolTip(f"method {evaluation.settings.method}, {evaluation.threads} threads")
+        self.state.setToolTip(f"{evaluation.threads} threads")
         before, now = None if self._last is None else self._last.request, result.request
         if before is None or self._last is None or self._last.scene is not result.scene:
             self.time.setText(f"first answer {duration_text(evaluation.elapsed_ms)}")
@@ -143,6 +147,9 @@ class StatusBar(QStatusBar):
         )
         one_way = f"\n\n{scene.gap.words}: {ONE_WAY_NOTE}" if scene.gap is not None else ""
         self.scene.setToolTip(plain_tip(f"{field.data.source}\n{boxes}{unmapped}{one_way}"))
+        self.doubts.setText("; ".join(doubt.fact for doubt in doubts(field.data)))
+        self.doubts.setToolTip(plain_tip("\n".join(doubtful(field.data, label_with))))
+        self.doubts.setVisible(bool(self.doubts.text()))
 
 
 def scene_line(scene: LoadedScene) -> str:

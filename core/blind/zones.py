@@ -77,6 +77,8 @@ class BlindSettings:
     within_m: float = BANDS_M[-1]
 
     def __post_init__(self) -> None:
+        if not 0.0 < self.voxel_m <= 1.0:
+            raise InputError(f"must be above 0 and at most 1 m (got {self.voxel_m:g})", "voxel_m")
         if not 0.0 <= self.width_m <= 5.0:
             raise InputError(f"must be between 0 and 5 m (got {self.width_m:g})", "width_m")
         if not BANDS_M[1] <= self.within_m <= 100.0:

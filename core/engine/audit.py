@@ -35,7 +35,7 @@ from riglens.core.scene.columns import Words
 from riglens.core.sensing.body_ends import barrier_ends, barrier_of
 from riglens.core.vehicle.housings import car_of
 from riglens.core.vehicle.solid import Barrier, solid_of
-from riglens.core.vehicle.standing import MountStatus, stand
+from riglens.core.vehicle.standing import MountStatus, mount_status
 
 RAY_OUTCOMES = ("hits_car", "never_enters", "ground", "meets_nothing", "seen_by_others", "brings_new")
 """Outcomes of a ray, in display order and by the numbers of `kernels.body.ray_outcomes`."""
@@ -54,7 +54,7 @@ class SensorAudit:
     counts: Mapping[str, int]
     lost_nat: Mapping[str, float]
     lost_share: Mapping[str, float]
-    stand: MountStatus
+    status: MountStatus
 
     @property
     def rays(self) -> int:
@@ -103,7 +103,9 @@ def audit(field: EntropyField, rig: Rig, body: Body = "blocks", threads: int | N
         outcomes = _outcomes(caster, sensor, barrier, twice | (once & ~own))
         counts = {name: int(np.count_nonzero(outcomes == code)) for code, name in enumerate(RAY_OUTCOMES)}
         lost = _lost(engine, rig, sensor)
-        audits.append(SensorAudit(sensor.name, sensor.kind, counts, *lost, stand(sensor.position, solid)))
+        audits.append(
+            SensorAudit(sensor.name, sensor.kind, counts, *lost, mount_status(sensor.position, solid))
+        )
     return RigAudit(rig, body, tuple(audits))
 
 
@@ -154,7 +156,7 @@ def audit_document(found: RigAudit) -> dict[str, Any]:
 
 
 def _sensor_document(found: SensorAudit) -> dict[str, Any]:
-    place = found.stand
+    place = found.status
     return {
         "name": found.name,
         "kind": found.kind,

@@ -12,6 +12,7 @@ from riglens.core.plain import to_plain
 from riglens.core.rig.model import FORMAT_VERSION
 from riglens.core.rig.yaml.file import identity_of
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.scene.survey import notes_on
 from riglens.core.sensors.registry import shown_kinds
 
 
@@ -35,7 +36,7 @@ def evaluation_document(
             "frames": data.frames,
             "boxes": {name: data.boxes.get(name, 0) for name in CLASSES},
             "sha256": data.sha256,
-            "notes": list(data.notes),
+            "notes": notes_on(data),
         },
         "method": settings.method,
         "reading": settings.reading,

@@ -30,11 +30,10 @@ from riglens.core.formats.mmdet3d import MMDET3D
 from riglens.core.formats.mounts import ReadOptions
 from riglens.core.formats.nuscenes import NUSCENES
 from riglens.core.formats.opencv_yaml import OPENCV
-from riglens.core.formats.opening import FOREIGN_ENDINGS
 from riglens.core.formats.osi import OSI
 from riglens.core.formats.pandaset import PANDASET
 from riglens.core.formats.riglens import RIGLENS
-from riglens.core.formats.source import YAML, Source
+from riglens.core.formats.source import FOREIGN_ENDINGS, YAML, Source
 from riglens.core.formats.urdf import URDF
 from riglens.core.reading_time import MAX_RIG_S, Clock, ReadingTime
 from riglens.core.rig.model import Rig

@@ -252,7 +252,7 @@ def sensors_to_write(rig: Rig, notes: Notes, kinds: Collection[str]) -> list[Sen
     if rig.obstacles:
         notes.ignored("housings that stop rays: the format cannot express them", rig.name)
     if rig.keep_out:
-        notes.ignored("painted keep-out zones: the format cannot express them", rig.name)
+        notes.ignored("keep-out zones: the format cannot express them", rig.name)
     chosen = [sensor for sensor in rig.sensors if sensor.enabled and sensor.kind in kinds]
     if not chosen:
         raise InputError(f"rig '{shortened(rig.name)}': it has no enabled sensor to write")

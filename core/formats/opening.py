@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from riglens.core.errors import InputError
+from riglens.core.formats.source import ENDINGS
 from riglens.core.rig.model import Rig
 from riglens.core.rig.presets import close_presets, find_preset
 from riglens.core.rig.yaml.file import RigFile, load_rig
@@ -15,10 +16,6 @@ from riglens.core.rig.yaml.nodes import shortened
 
 if TYPE_CHECKING:
     from riglens.core.formats.report import Report
-
-FOREIGN_ENDINGS = (".json", ".toml", ".urdf", ".xacro", ".xml", ".txt", ".py", ".feather")
-ENDINGS = (".yaml", ".yml", *FOREIGN_ENDINGS)
-"""Of rigs, also those of other programs."""
 
 
 @dataclass(frozen=True)

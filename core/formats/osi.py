@@ -24,7 +24,7 @@ from riglens.core.formats.report import Notes
 from riglens.core.formats.source import MAX_ANGLE, MAX_PIXELS, Source, Value
 from riglens.core.rig.model import Camera, KannalaBrandt, Lidar, LinearAngles, Rig, Sensor
 from riglens.core.sensing.rays import farthest_m
-from riglens.core.sensors.radar import Scan
+from riglens.core.sensors.radar import RadarScan
 from riglens.core.sensors.sectors import Sectored
 
 WHEEL_RADIUS_M = 0.33
@@ -195,7 +195,7 @@ def _far_m(view: _Views, default_m: float) -> float:
 def _read_radar(view: _Views) -> dict[str, Any]:
     """Return one scan; resolution and cross sections are assumed."""
     sector = _sector(view, 90.0, 20.0)
-    scan = Scan(range_m=_far_m(view, 100.0), **sector)
+    scan = RadarScan(range_m=_far_m(view, 100.0), **sector)
     view.notes.approximated("one scan; resolution and reference cross section are not in OSI", view.name)
     return {"scans": (scan,)}
 

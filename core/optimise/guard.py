@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.errors import InputError, IsStale, never_stale
+from riglens.core.figures.hits import RESOLVED
 from riglens.core.optimise.objectives import HIT_COVERAGE, Objective, sensors_for
 from riglens.core.optimise.weights import EVEN, Weights
 from riglens.core.review.tolerance import disturbed, errors_count, profile_called, unit_draws
@@ -19,7 +20,6 @@ from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensors.registry import kind_of
 from riglens.core.targets.engine import TargetEngine
-from riglens.core.targets.quantities import RESOLVED
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import Traffic
 
@@ -34,7 +34,7 @@ KEPT, STANDARD_ERRORS = 0.5, 2.0
 
 
 @dataclass(frozen=True)
-class Kept:
+class GuardResult:
     """Gain of a proposal over its reference in one case, its standard error paired by frame, and its share of the gain
     in the frames in which the proposal was chosen; whether other data made it."""
 
@@ -124,13 +124,13 @@ class Evaluator:
 
     def __call__(self, rig: Rig, settings: TargetSettings, frames: tuple[int, int]) -> Sample:
         """Evaluate a rig; raise Cancelled when stale. Objects without the figure are left out."""
-        (first, end), quantity = frames, self._goal.quantity
-        assert quantity is not None
+        (first, end), figure = frames, self._goal.figure
+        assert figure is not None
         alone = rig.only(sensors_for(self._goal, rig))
-        objects = self._engine.evaluate(alone, settings, end, cancel=self._is_stale).objects
-        frame, values = self._traffic.frame_of_box[objects.box], quantity.of(objects, settings)
+        counted = self._engine.evaluate(alone, settings, end, cancel=self._is_stale)
+        frame, values = counted.groups.frame, figure.values(counted)
         used = (frame >= first) & ~np.isnan(values)
-        box = objects.box[used]
+        box = counted.objects.box[used]
         ring = self._weights.at(self._traffic.distance_m[box])
         cls = self._traffic.cls[box]
         return Sample(values[used], cls, ring, frame[used] - first, end - first, self._weights.by_class)
@@ -154,7 +154,7 @@ def guard(
     frames: int,
     last: int,
     others: Sequence[OtherTraffic] = (),
-) -> Generator[Kept, None, float]:
+) -> Generator[GuardResult, None, float]:
     """Compare a proposal with a reference case by case, and return the gain in the first `frames` frames.
 
     settings: those with which the proposal was chosen. Held-out frames, up to `last`, follow the frames of choice;
@@ -191,11 +191,11 @@ def guard(
     checks += [(other, [(usual, proposal, reference)]) for other in others]
     for one, pairs in checks:
         more, se = gain(pairs, one.frames, one.sampler)
-        yield Kept(one.case, more, se, more / in_sample if in_sample > 0.0 else 0.0, one.is_other_data)
+        yield GuardResult(one.case, more, se, more / in_sample if in_sample > 0.0 else 0.0, one.is_other_data)
     return in_sample
 
 
-def verdict(kept: Sequence[Kept]) -> Verdict:
+def verdict(kept: Sequence[GuardResult]) -> Verdict:
     """Return "resolved" where the gain in held-out frames is large enough to tell rigs apart, two standard errors and
     half of the gain when chosen, and two standard errors in all other data."""
     held_out = next((one for one in kept if one.case == HELD_OUT), None)
@@ -206,7 +206,7 @@ def verdict(kept: Sequence[Kept]) -> Verdict:
     return "resolved" if is_resolved else "not resolved"
 
 
-def weak_cases(kept: Sequence[Kept]) -> tuple[Kept, ...]:
+def weak_cases(kept: Sequence[GuardResult]) -> tuple[GuardResult, ...]:
     """Return the cases that keep less than half of the gain."""
     return tuple(one for one in kept if one.share < KEPT)
 

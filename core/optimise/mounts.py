@@ -22,7 +22,7 @@ from riglens.core.review.mounts import (
     MountLimits,
     beyond_m,
     is_in_zone,
-    is_painted,
+    is_kept_out,
     sizes_m,
 )
 from riglens.core.rig.edits import mirrored_pose, partner_of
@@ -396,7 +396,7 @@ def _keeps(
     x, y, z = foot.tolist()
     for at_m in ((x, y, z), (x, -y, z))[: len(one.sensors)]:
         zones = rules.keep_out or ()
-        if is_painted(rig, at_m) or any(is_in_zone(zone, at_m, materials, rig, outline) for zone in zones):
+        if is_kept_out(rig, at_m) or any(is_in_zone(zone, at_m, materials, rig, outline) for zone in zones):
             return False
     return True
 

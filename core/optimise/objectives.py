@@ -1,18 +1,23 @@
-"""Figures that a search may maximise: what sensors cover for each, its worth, and what the guard compares."""
+"""Define the problem of a search, and the figures that it may maximise: what sensors cover for each, its worth, and
+what the guard compares."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, cast
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.blind.zones import BlindEngine, BlindSettings
+from riglens.core.blind.zones import BlindEngine, BlindSettings, called
 from riglens.core.engine.caster import Caster
 from riglens.core.errors import Cancelled, InputError, IsStale, never_stale
+from riglens.core.figures.hits import ON_TARGET, TALL
+from riglens.core.figures.objects import ObjectFigure
+from riglens.core.figures.predicted import PREDICTED
 from riglens.core.metric.entropy import EntropyField
+from riglens.core.optimise.mounts import NO_ADDITIONS, Additions, Move
 from riglens.core.optimise.tables import (
     MOST_CELLS,
     UNIT,
@@ -25,22 +30,20 @@ from riglens.core.optimise.tables import (
     TableMaker,
     hit_shares,
 )
-from riglens.core.optimise.weights import Weights
+from riglens.core.optimise.weights import EVEN, Weights
+from riglens.core.rig.library import default_library
 from riglens.core.rig.model import Camera, Rig, Sensor
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.columns import empty_words
 from riglens.core.sensing.body_ends import barrier_of
 from riglens.core.sensors.camera import CAMERA
 from riglens.core.sensors.lidar import LIDAR
-from riglens.core.targets.calibration import shipped
+from riglens.core.targets.calibration import Calibration, shipped
 from riglens.core.targets.contribution import Contribution
 from riglens.core.targets.joining import heights_px
-from riglens.core.targets.quantities import ON_TARGET, PREDICTED, QUANTITIES, Quantity
-from riglens.core.targets.settings import HEIGHT_PX
+from riglens.core.targets.settings import HEIGHT_PX, TargetSettings
+from riglens.core.targets.traffic import Traffic
 from riglens.core.vehicle.solid import Solid
-
-if TYPE_CHECKING:
-    from riglens.core.optimise.results import Problem
 
 BLIND_M = 0.3
 """Height of the object of the objective `blind` where none is given."""
@@ -147,12 +150,12 @@ class Objective:
     title: str
     maker: Maker
     kind: str = LIDAR.name
-    quantity: Quantity | None = ON_TARGET
+    figure: ObjectFigure | None = ON_TARGET
 
     @property
     def is_guarded(self) -> bool:
         """Return whether the guard compares this figure, not hit coverage in its place."""
-        return self.quantity is not None
+        return self.figure is not None
 
 
 def _hits(problem: Problem, solid: Solid | None, workers: int) -> TableMaker:
@@ -207,7 +210,6 @@ def _ground(problem: Problem, solid: Solid | None, workers: int) -> TableMaker:
     return GroundTableMaker(problem.rig, engine, problem.blind_m or BLIND_M, workers, is_share=True)
 
 
-BY_CAMERAS = next(one for one in QUANTITIES if one.key == CAMERA.name)
 WORST = "worst_failure"
 OF_VOXELS = ("seen", "s_ms")
 """Objectives of a scene of voxels."""
@@ -216,12 +218,12 @@ OBJECTIVES = {
     one.name: one
     for one in (
         HIT_COVERAGE,
-        Objective("predicted", "predicted AP", _predicted, quantity=PREDICTED),
+        Objective("predicted", "predicted AP", _predicted, figure=PREDICTED),
         Objective(WORST, "on target with any one LiDAR failed", _hits),
-        Objective("seen", "entropy seen by LiDARs", _seen(False), quantity=None),
-        Objective("s_ms", "S-MS, as a share of all entropy,", _seen(True), quantity=None),
+        Objective("seen", "entropy seen by LiDARs", _seen(False), figure=None),
+        Objective("s_ms", "S-MS, as a share of all entropy,", _seen(True), figure=None),
         Objective("blind", "share of the ground where a low object is seen", _ground, "any", None),
-        Objective("cameras", "share of objects of 25 px or more", _pictures, CAMERA.name, BY_CAMERAS),
+        Objective("cameras", "share of objects of 25 px or more", _pictures, CAMERA.name, TALL),
     )
 }  # fmt: skip
 
@@ -230,3 +232,116 @@ def sensors_for(objective: Objective, rig: Rig) -> tuple[Sensor, ...]:
     """Return the enabled sensors of a rig that make a figure."""
     kinds = (objective.kind,) if objective.kind != "any" else {sensor.kind for sensor in rig.sensors}
     return tuple(sensor for sensor in rig.sensors if sensor.enabled and sensor.kind in kinds)
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Problem of a search: a rig, the sensors that may be added, traffic, and the frames to choose by and to check in.
+
+    Every sensor of the rig stays as it is unless it is among the moves. reference: the rig that gains refer to; without
+    it the best of some mounts that a person would choose, or the rig itself where nothing is added. blind_m: height of
+    the object whose blind area is the second goal of the front; without it there is none. floors: least values of the
+    objective by class. voxels: of the objectives of them; calibration: of predicted detection, by default the one that
+    ships; checks: other traffic for the guard, by the name of the case; unmet: returns the requirements that a rig does
+    not meet. at_least: value that the set is to reach at the least cost, before it is the best at that cost.
+    """
+
+    rig: Rig
+    traffic: Traffic
+    additions: Additions = NO_ADDITIONS
+    objective: str = "on_target"
+    frames: int = 100
+    held_out: int = 1000
+    seed: int = 0
+    reference: Rig | None = None
+    blind_m: float | None = None
+    moves: tuple[Move, ...] = ()
+    weights: Weights = EVEN
+    floors: Mapping[str, float] = field(default_factory=dict)
+    voxels: EntropyField | None = None
+    calibration: Calibration | None = None
+    checks: Mapping[str, Traffic] = field(default_factory=dict)
+    unmet: Callable[[Rig], tuple[str, ...]] | None = None
+    at_least: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.objective not in OBJECTIVES:
+            known = ", ".join(one for one in OBJECTIVES if one != "s_ms")
+            raise InputError(f"must be one of {known} (got '{self.objective}')", "objective")
+        self._check_sensors()
+        self._check_figures()
+        if not 2 <= self.frames <= 1000:
+            raise InputError(f"must be between 2 and 1000 (got {self.frames})", "frames")
+        if self.held_out < 2:
+            raise InputError(f"must be at least 2 (got {self.held_out})", "held_out")
+        if not 0 <= self.seed < 1 << 62:
+            raise InputError(f"must be between 0 and 2^62 - 1 (got {self.seed})", "seed")
+        if self.frames + 2 > self.traffic.frames:
+            most = self.traffic.frames - 2
+            raise InputError(
+                f"must be at most {most}, to leave frames for checking (got {self.frames})", "frames"
+            )
+        if self.at_least is not None and not 0.0 < self.at_least <= 1.0:
+            raise InputError(f"must be above 0 and at most 1 (got {self.at_least:g})", "at_least")
+        if self.blind_m is not None and not 0.05 <= self.blind_m <= 2.0:
+            raise InputError(f"must be between 0.05 and 2 m (got {self.blind_m:g})", "blind_m")
+
+    @property
+    def goal(self) -> Objective:
+        """Return the objective."""
+        return OBJECTIVES[self.objective]
+
+    def _check_figures(self) -> None:
+        """Raise InputError for floors that the objective does not have, and for a missing scene."""
+        for name, floor in self.floors.items():
+            if name not in CLASSES:
+                raise InputError(f"must name one of {', '.join(CLASSES)} (got '{name}')", "floor")
+            if not 0.0 <= floor <= 1.0:
+                raise InputError(f"{name} must be between 0 and 1 (got {floor:g})", "floor")
+        if self.floors and (not self.goal.is_guarded or self.objective == WORST):
+            raise InputError(f"must be left out: {self.objective} is not a figure by class", "floor")
+        if self.objective in OF_VOXELS and self.voxels is None:
+            raise InputError(f"needs a scene of voxels for {self.objective}", "objective")
+
+    def _check_sensors(self) -> None:
+        """Raise InputError unless the search adds or moves sensors that the objective measures, each once."""
+        models = self.additions.models
+        if not models and not self.moves:
+            raise InputError("must name at least one sensor model, or a sensor to move", "add")
+        exchanged = [model for move in self.moves for model in move.models]
+        for model in (*models, *exchanged):
+            entry = default_library().entry(model)
+            if self.goal.kind not in ("any", entry.kind):
+                wanted = called(self.goal.kind)
+                raise InputError(f"{model} must be a {wanted} (got a {entry.kind})", "add")
+        for model in self.additions.costs:
+            if model not in (*models, *exchanged):
+                known = ", ".join((*models, *exchanged))
+                raise InputError(f"{model} must be one of the models to add: {known}", "cost")
+        moved = set[str]()
+        there = [sensor.name for sensor in sensors_for(self.goal, self.rig)]
+        for move in self.moves:
+            if move.sensor not in there:
+                known, wanted = ", ".join(there) or "none", called(self.goal.kind)
+                raise InputError(
+                    f"must name an enabled {wanted} of the rig: {known} (got '{move.sensor}')", "move"
+                )
+            names = {sensor.name for sensor in move.sensors_of(self.rig)}
+            if names & moved:
+                raise InputError(f"must name each sensor or mirror pair once (got '{move.sensor}')", "move")
+            moved |= names
+
+    @property
+    def count(self) -> int:
+        """Return how many candidates may be added, at most."""
+        return self.additions.count if self.additions.models else 0
+
+    @property
+    def last(self) -> int:
+        """Return the end of the held-out frames."""
+        return min(self.frames + self.held_out, self.traffic.frames)
+
+    @property
+    def settings(self) -> TargetSettings:
+        """Settings of the counting, in which a candidate keeps its draws."""
+        return TargetSettings(seed=self.seed, body=self.rig.body, calibration=self.calibration)

@@ -1,4 +1,4 @@
-"""Define the problem and the result of a search for rigs, as data and as files."""
+"""The result of a search for rigs, as data and as files."""
 
 from __future__ import annotations
 
@@ -6,144 +6,23 @@ import csv
 import io
 import math
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from riglens.core.blind.zones import called
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
-from riglens.core.metric.entropy import EntropyField
 from riglens.core.optimise.bounds import Bound
-from riglens.core.optimise.guard import Kept, Verdict, verdict, weak_cases
-from riglens.core.optimise.mounts import NO_ADDITIONS, Additions, Candidate, Move
-from riglens.core.optimise.objectives import OBJECTIVES, OF_VOXELS, WORST, Objective, sensors_for
+from riglens.core.optimise.guard import GuardResult, Verdict, verdict, weak_cases
+from riglens.core.optimise.mounts import Candidate
+from riglens.core.optimise.objectives import Problem
 from riglens.core.optimise.tables import UNIT
-from riglens.core.optimise.weights import EVEN, Weights
-from riglens.core.rig.library import default_library
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.file import new_rig_file
-from riglens.core.scene.boxes import CLASSES
 from riglens.core.shown_text import spreadsheet_cell
-from riglens.core.targets.calibration import Calibration
-from riglens.core.targets.settings import TargetSettings
-from riglens.core.targets.traffic import Traffic
 
 TABLE = "proposals.csv"
-
-
-@dataclass(frozen=True)
-class Problem:
-    """Problem of a search: a rig, the sensors that may be added, traffic, and the frames to choose by and to check in.
-
-    Every sensor of the rig stays as it is unless it is among the moves. reference: the rig that gains refer to; without
-    it the best of some mounts that a person would choose, or the rig itself where nothing is added. blind_m: height of
-    the object whose blind area is the second goal of the front; without it there is none. floors: least values of the
-    objective by class. voxels: of the objectives of them; calibration: of predicted detection, by default the one that
-    ships; checks: other traffic for the guard, by the name of the case; unmet: returns the requirements that a rig does
-    not meet. at_least: value that the set is to reach at the least cost, before it is the best at that cost.
-    """
-
-    rig: Rig
-    traffic: Traffic
-    additions: Additions = NO_ADDITIONS
-    objective: str = "on_target"
-    frames: int = 100
-    held_out: int = 1000
-    seed: int = 0
-    reference: Rig | None = None
-    blind_m: float | None = None
-    moves: tuple[Move, ...] = ()
-    weights: Weights = EVEN
-    floors: Mapping[str, float] = field(default_factory=dict)
-    voxels: EntropyField | None = None
-    calibration: Calibration | None = None
-    checks: Mapping[str, Traffic] = field(default_factory=dict)
-    unmet: Callable[[Rig], tuple[str, ...]] | None = None
-    at_least: float | None = None
-
-    def __post_init__(self) -> None:
-        if self.objective not in OBJECTIVES:
-            known = ", ".join(one for one in OBJECTIVES if one != "s_ms")
-            raise InputError(f"must be one of {known} (got '{self.objective}')", "objective")
-        self._check_sensors()
-        self._check_figures()
-        if not 2 <= self.frames <= 1000:
-            raise InputError(f"must be between 2 and 1000 (got {self.frames})", "frames")
-        if self.held_out < 2:
-            raise InputError(f"must be at least 2 (got {self.held_out})", "held_out")
-        if not 0 <= self.seed < 1 << 62:
-            raise InputError(f"must be between 0 and 2^62 - 1 (got {self.seed})", "seed")
-        if self.frames + 2 > self.traffic.frames:
-            most = self.traffic.frames - 2
-            raise InputError(
-                f"must be at most {most}, to leave frames for checking (got {self.frames})", "frames"
-            )
-        if self.at_least is not None and not 0.0 < self.at_least <= 1.0:
-            raise InputError(f"must be above 0 and at most 1 (got {self.at_least:g})", "at_least")
-        if self.blind_m is not None and not 0.05 <= self.blind_m <= 2.0:
-            raise InputError(f"must be between 0.05 and 2 m (got {self.blind_m:g})", "blind_m")
-
-    @property
-    def goal(self) -> Objective:
-        """Return the objective."""
-        return OBJECTIVES[self.objective]
-
-    def _check_figures(self) -> None:
-        """Raise InputError for floors that the objective does not have, and for a missing scene."""
-        for name, floor in self.floors.items():
-            if name not in CLASSES:
-                raise InputError(f"must name one of {', '.join(CLASSES)} (got '{name}')", "floor")
-            if not 0.0 <= floor <= 1.0:
-                raise InputError(f"{name} must be between 0 and 1 (got {floor:g})", "floor")
-        if self.floors and (not self.goal.is_guarded or self.objective == WORST):
-            raise InputError(f"must be left out: {self.objective} is not a figure by class", "floor")
-        if self.objective in OF_VOXELS and self.voxels is None:
-            raise InputError(f"needs a scene of voxels for {self.objective}", "objective")
-
-    def _check_sensors(self) -> None:
-        """Raise InputError unless the search adds or moves sensors that the objective measures, each once."""
-        models = self.additions.models
-        if not models and not self.moves:
-            raise InputError("must name at least one sensor model, or a sensor to move", "add")
-        exchanged = [model for move in self.moves for model in move.models]
-        for model in (*models, *exchanged):
-            entry = default_library().entry(model)
-            if self.goal.kind not in ("any", entry.kind):
-                wanted = called(self.goal.kind)
-                raise InputError(f"{model} must be a {wanted} (got a {entry.kind})", "add")
-        for model in self.additions.costs:
-            if model not in (*models, *exchanged):
-                known = ", ".join((*models, *exchanged))
-                raise InputError(f"{model} must be one of the models to add: {known}", "cost")
-        moved = set[str]()
-        there = [sensor.name for sensor in sensors_for(self.goal, self.rig)]
-        for move in self.moves:
-            if move.sensor not in there:
-                known, wanted = ", ".join(there) or "none", called(self.goal.kind)
-                raise InputError(
-                    f"must name an enabled {wanted} of the rig: {known} (got '{move.sensor}')", "move"
-                )
-            names = {sensor.name for sensor in move.sensors_of(self.rig)}
-            if names & moved:
-                raise InputError(f"must name each sensor or mirror pair once (got '{move.sensor}')", "move")
-            moved |= names
-
-    @property
-    def count(self) -> int:
-        """Return how many candidates may be added, at most."""
-        return self.additions.count if self.additions.models else 0
-
-    @property
-    def last(self) -> int:
-        """Return the end of the held-out frames."""
-        return min(self.frames + self.held_out, self.traffic.frames)
-
-    @property
-    def settings(self) -> TargetSettings:
-        """Settings of the counting, in which a candidate keeps its draws."""
-        return TargetSettings(seed=self.seed, body=self.rig.body, calibration=self.calibration)
 
 
 @dataclass(frozen=True)
@@ -155,7 +34,7 @@ class Proposal:
     added: tuple[Candidate, ...]
     value: float
     blind_m2: float | None = None
-    guard: tuple[Kept, ...] = ()
+    guard: tuple[GuardResult, ...] = ()
 
     @property
     def cost(self) -> float:
@@ -168,7 +47,7 @@ class Proposal:
         return verdict(self.guard)
 
     @property
-    def weak(self) -> tuple[Kept, ...]:
+    def weak(self) -> tuple[GuardResult, ...]:
         """Cases that keep less than half of the gain."""
         return weak_cases(self.guard)
 
@@ -189,7 +68,7 @@ class Proposal:
 
 
 @dataclass(frozen=True)
-class Stair:
+class CostStep:
     """The best rig found with a number of additions, and its value in the frames of choice."""
 
     count: int
@@ -224,7 +103,7 @@ class OptimiseResult:
     bound: Bound
     proposals: tuple[Proposal, ...]
     front: tuple[int, ...] = ()
-    stairs: tuple[Stair, ...] = ()
+    stairs: tuple[CostStep, ...] = ()
     floors: Mapping[str, float] = field(default_factory=dict)
     unmet: tuple[str, ...] | None = None
     cheapest: Cheapest | None = None

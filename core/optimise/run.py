@@ -14,10 +14,18 @@ from riglens.core.blind.zones import BlindEngine, BlindSettings
 from riglens.core.errors import Cancelled, InputError, IsStale, never_stale
 from riglens.core.kernels.runtime import jit
 from riglens.core.optimise.bounds import Bound, branch_and_bound, fractional_bound
-from riglens.core.optimise.guard import FEW, Evaluator, Kept, OtherTraffic, Sampler, guard, with_worst_failure
+from riglens.core.optimise.guard import (
+    FEW,
+    Evaluator,
+    GuardResult,
+    OtherTraffic,
+    Sampler,
+    guard,
+    with_worst_failure,
+)
 from riglens.core.optimise.mounts import Candidate, candidates, conflicts, locked, mounted, rules_for
-from riglens.core.optimise.objectives import WORST, WorstFailure, sensors_for
-from riglens.core.optimise.results import Cheapest, OptimiseResult, Problem, Proposal, Stair
+from riglens.core.optimise.objectives import WORST, Problem, WorstFailure, sensors_for
+from riglens.core.optimise.results import Cheapest, CostStep, OptimiseResult, Proposal
 from riglens.core.optimise.search import ROUNDING, AtLeast, Limits, front, greedy, search, swap
 from riglens.core.optimise.skin import SkinGains
 from riglens.core.optimise.tables import (
@@ -113,7 +121,7 @@ def optimise(problem: Problem, threads: int | None = None, is_stale: IsStale = n
     checks = guard(
         proposals[0].rig, reference, sampler, problem.settings, problem.frames, problem.last, run.others()
     )
-    kept = list[Kept]()
+    kept = list[GuardResult]()
     for one in checks:
         kept.append(one)
         best = replace(found.best, guard=tuple(kept))
@@ -395,7 +403,7 @@ class _Run:
         steps = front(self._goal, self.ground, self._all, chosen, FRONT - 1, self._stays)
         return (yield from self._steps("front", steps, chosen))
 
-    def stairs(self) -> Generator[Progress, None, tuple[Stair, ...]]:
+    def stairs(self) -> Generator[Progress, None, tuple[CostStep, ...]]:
         """Return the best sets found by number of additions."""
         found = []
         for count in range(max(self.problem.count, STAIRS) + 1 if self.problem.count else 1):
@@ -404,7 +412,9 @@ class _Run:
                 self._all, count=int(room.sum()), room=room, budget=self.problem.additions.budget
             )
             some = yield from self._steps("stairs", self._searched(limits))
-            found.append(Stair(count, self.figure.value(some) / UNIT, self.rig_with(some, f"{count} added")))
+            found.append(
+                CostStep(count, self.figure.value(some) / UNIT, self.rig_with(some, f"{count} added"))
+            )
         return tuple(found)
 
     def by_hand(self) -> Rig:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from riglens.core.rig.model import Vehicle
 from riglens.core.vehicle.solid import MATERIALS, Solid, solid_of
-from riglens.core.vehicle.standing import stand
+from riglens.core.vehicle.standing import mount_status
 
 if TYPE_CHECKING:
     from riglens.core.kernels.body.solid import Tree
@@ -74,7 +74,7 @@ def box_spots(box_m: Sequence[tuple[float, float]], spacing_m: float, solid: Sol
     ]
     spots = list[Spot]()
     for x, y, z in np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3).round(6).tolist():
-        status = stand((x, y, z), solid)
+        status = mount_status((x, y, z), solid)
         if not (status.inside or status.below_ground):
             spots.append(Spot(np.array([x, y, z]), np.array([x, y, 0.0]) / (math.hypot(x, y) or 1.0), True))
     return spots

@@ -7,11 +7,13 @@ import hashlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Generic, TypeVar
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 from riglens.core.errors import InputError
-from riglens.core.file_lock import FileLock
-from riglens.core.files import atomic_write, open_regular
+from riglens.core.files import atomic_write, hold_lock, open_regular, release_lock
+
+if TYPE_CHECKING:
+    from filelock import BaseFileLock
 
 Result = TypeVar("Result")
 
@@ -82,9 +84,9 @@ def sole_run(folder: Path) -> Iterator[None]:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{folder}: folder cannot be created ({error.strerror})") from error
-    lock: FileLock | None = None
+    lock: BaseFileLock | None = None
     try:
-        lock = FileLock(folder / LOCK)
+        lock = hold_lock(folder / LOCK)
     except BlockingIOError as error:
         raise InputError(
             f"{folder}: another run uses this folder; wait until it ends, or choose another one"
@@ -95,7 +97,7 @@ def sole_run(folder: Path) -> Iterator[None]:
         yield
     finally:
         if lock is not None:
-            lock.release()
+            release_lock(lock)
         with contextlib.suppress(OSError):
             folder.rmdir()
 

@@ -11,9 +11,9 @@ from pathlib import Path
 
 from riglens.core.files import is_stream
 from riglens.core.monitor import Monitor
+from riglens.core.pieces.backend import Backend, workers_at
 from riglens.core.pieces.cluster import is_unencrypted
 from riglens.core.pieces.folder import count_kept, sole_run
-from riglens.core.pieces.where import Where, workers_at
 from riglens.core.pieces.work import Workers
 
 LONGEST_NAME_BYTES = 240
@@ -34,26 +34,26 @@ def parts_folder(out: Path) -> Iterator[Path]:
 
 
 @contextmanager
-def resumable(folder: Path, where: Where, pieces: int, monitor: Monitor) -> Iterator[Workers]:
+def resumable(folder: Path, backend: Backend, pieces: int, monitor: Monitor) -> Iterator[Workers]:
     """Start workers for `pieces` pieces, which are kept in a folder, while the block runs.
 
     Raise InputError when another run is at work in the folder or the workers cannot be reached; a KeyboardInterrupt of
     the block says how many pieces are kept.
     """
-    with sole_run(folder), workers_for(folder, where, pieces, monitor) as workers:
+    with sole_run(folder), workers_for(folder, backend, pieces, monitor) as workers:
         yield workers
 
 
 @contextmanager
-def workers_for(folder: Path, where: Where, pieces: int, monitor: Monitor) -> Iterator[Workers]:
+def workers_for(folder: Path, backend: Backend, pieces: int, monitor: Monitor) -> Iterator[Workers]:
     """Do the same in a folder that is locked already."""
-    if where.dask is not None and is_unencrypted(where.dask):
+    if backend.dask is not None and is_unencrypted(backend.dask):
         monitor.note(
-            f"{where.dask} is not encrypted: anyone on the cluster's network can run code on all of its machines "
+            f"{backend.dask} is not encrypted: anyone on the cluster's network can run code on all of its machines "
             "and on this one; use tls:// (docs/security.md)"
         )
     try:
-        with workers_at(where, pieces) as workers:
+        with workers_at(backend, pieces) as workers:
             yield workers
     except KeyboardInterrupt as error:
         if kept := count_kept(folder):

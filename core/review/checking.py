@@ -8,14 +8,16 @@ from functools import cached_property, partial
 from typing import Any, TypeVar
 
 from riglens.core.blind.zones import BlindEngine, BlindMap, by_names, called
-from riglens.core.engine.engine import Engine
 from riglens.core.errors import InputError
+from riglens.core.figures.evaluated import Evaluated, EvaluationSettings, Evaluator
+from riglens.core.figures.figure import SE_FACTOR
+from riglens.core.figures.objects import ObjectFigure, Part, parts_by_class, parts_by_sector
 from riglens.core.geometry import Pose
 from riglens.core.kernels.runtime import jit
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Body, MetricSettings, Scores
 from riglens.core.review.findings import Finding, Verdict, amounts, missing
-from riglens.core.review.measures import Measures
+from riglens.core.review.measures import Measures, measured_name
 from riglens.core.review.mounts import USUAL_KEEP_OUT, mounts_of, violations
 from riglens.core.review.profiles import Profile
 from riglens.core.review.redundancy import (
@@ -38,6 +40,7 @@ from riglens.core.review.sections import (
     BlindArea,
     BlindObjects,
     Covered,
+    FigureLimit,
     Loss,
     Mounts,
     OnTarget,
@@ -46,16 +49,13 @@ from riglens.core.review.sections import (
     Seen,
     Tolerated,
     WorstCase,
-    kinds_of,
 )
 from riglens.core.review.tolerance import Draws, Figures, chance_bounds, moves, standing
 from riglens.core.review.verdicts import ObjectVisibility, ProfileVerdict
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES, Progress
 from riglens.core.scene.sectors import SECTORS
-from riglens.core.targets.engine import TargetEngine
-from riglens.core.targets.quantities import SURE
-from riglens.core.targets.scores import Row, TargetScores, sectors_of
+from riglens.core.targets.counts import Counted
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import Traffic
 
@@ -131,13 +131,14 @@ class Check:
         if self._below_ground and not isinstance(one, Mounts):
             line = f"below the ground: {', '.join(self._below_ground)}"
             return Finding(None, details=(line,), is_impossible=True)
-        lack = self._lacking(one.kinds, one.least_kinds)
+        lack = self._lacking(one.kinds)
         if lack is not None:
             return missing(lack)
         makers: dict[type[Requirement], Callable[[Any], Finding]] = {
             Seen: self._seen,
-            OnTarget: self._on_target,
-            PredictedDetection: self._predicted,
+            FigureLimit: self._figure,
+            OnTarget: self._figure,
+            PredictedDetection: self._figure,
             BlindArea: self._blind_area,
             BlindObjects: self._blind_objects,
             Loss: self._lost,
@@ -147,19 +148,19 @@ class Check:
         }
         return makers[type(one)](one)
 
-    def _lacking(self, kinds: Sequence[str], least: int = 1) -> str | None:
-        """Return why the rig lacks a figure that some kinds of sensors make, or any `least` of them."""
+    def _lacking(self, kinds: Sequence[str]) -> str | None:
+        """Return why the rig lacks a figure that some kinds of sensors make, or any of them."""
         enabled = {sensor.kind for sensor in self._subject.rig.sensors if sensor.enabled}
         absent = [kind for kind in by_names() if kind in kinds and kind not in enabled]
         if not enabled or absent:
             return f"the rig has no enabled {called(absent[0]) if enabled else 'sensor'}"
-        return "all enabled sensors of the rig are of one kind" if len(enabled) < least else None
+        return None
 
     @cached_property
     def _below_ground(self) -> tuple[str, ...]:
         """Return the sensors below the ground, where none can be: whatever they see proves nothing."""
         mounts = mounts_of(self._subject.rig, ())
-        return tuple(mount.name for mount in mounts if mount.stand.below_ground)
+        return tuple(mount.name for mount in mounts if mount.status.below_ground)
 
     # ------------------------------------------------------------ what figures are made from
     @property
@@ -178,30 +179,32 @@ class Check:
         return MetricSettings(body=self._subject.body)
 
     @cached_property
-    def _engine(self) -> Engine:
-        engine = Engine(self._field, self._subject.threads)
-        engine.evaluate(self._subject.rig, self._settings, False)
-        return engine
+    def _evaluate(self) -> Evaluator:
+        subject, asked = self._subject, self._asked
+        how = TargetSettings(min_points=asked.min_points, body=subject.body)
+        settings = EvaluationSettings(self._settings, how, asked.blind_settings)
+        return Evaluator(subject.field, subject.traffic, settings, subject.threads)
 
     @cached_property
+    def _evaluated(self) -> Evaluated:
+        assert self._field is not None
+        return self._evaluate(self._subject.rig, ("voxels",))
+
+    @property
     def _scores(self) -> Scores:
-        return self._engine.evaluate(self._subject.rig, self._settings, False).scores
+        assert self._evaluated.voxels is not None
+        return self._evaluated.voxels.scores
 
     @cached_property
-    def _targets(self) -> TargetScores:
-        how = TargetSettings(min_points=self._asked.min_points, body=self._subject.body)
-        engine = TargetEngine(self._traffic, self._subject.threads)
-        return engine.evaluate(self._subject.rig, how)
-
-    @cached_property
-    def _sectors(self) -> dict[str, dict[str, Row]]:
-        return sectors_of(self._traffic, self._targets)
+    def _targets(self) -> Counted:
+        assert self._traffic is not None
+        found = self._evaluate(self._subject.rig, ("objects",)).objects
+        assert found is not None
+        return found
 
     @cached_property
     def _blind_engine(self) -> BlindEngine:
-        subject = self._subject
-        settings = self._asked.blind_settings
-        return BlindEngine(subject.rig.vehicle, settings, subject.threads)
+        return self._evaluate.ground_of(self._subject.rig, self._asked.blind_settings)
 
     @cached_property
     def _around(self) -> _Around:
@@ -210,18 +213,17 @@ class Check:
     @cached_property
     def _voxels(self) -> Coverage:
         subject = self._subject
-        coverage = voxel_counter(self._engine, self._settings)
+        coverage = voxel_counter(self._evaluate.voxels, self._settings)
         found = coverage(subject.rig)
         return with_halves(found, subject.rig, coverage) if self._tries_halves("voxels") else found
 
     @cached_property
-    def _road_users(self) -> Coverage:
-        rig, traffic, how = self._subject.rig, self._traffic, self._targets.settings
-        found = target_coverage(traffic, rig, self._targets.objects, how.min_points)
-        if not self._tries_halves("road_users"):
+    def _objects(self) -> Coverage:
+        rig, how = self._subject.rig, self._targets.settings
+        found = target_coverage(self._targets)
+        if not self._tries_halves("objects"):
             return found
-        engine = TargetEngine(traffic, self._subject.threads)
-        return with_halves(found, rig, target_counter(engine, how))
+        return with_halves(found, rig, target_counter(self._evaluate.objects.beside(), how))
 
     def _tries_halves(self, of: str) -> bool:
         return any(one.of == of and one.failure == "half" for one in self._asked.losses)
@@ -242,46 +244,47 @@ class Check:
         kinds = {"any": scores.any_seen} | {kind: found.seen for kind, found in scores.kinds.items()}
         return Finding(kinds[one.by])
 
-    def _rows(self, one: OnTarget) -> Sequence[Row]:
+    def _parts(self, one: FigureLimit, figure: ObjectFigure) -> Sequence[Part]:
         """Return the counts in the rings or the sector of a requirement; none if objects are not counted as far out."""
-        table = self._targets.classes[one.cls]
+        counted = self._targets
         if one.sector is not None:
-            return [self._sectors[one.cls][one.sector]]
+            return [parts_by_sector(counted, [figure])[one.cls][one.sector]]
+        table = parts_by_class(counted, [figure], with_rings=one.ring_m is not None)[one.cls]
         if one.ring_m is None:
             return [table.total]
         low, high = one.ring_m
         rows = [row for row in table.rings if low <= row.from_m and row.to_m <= high]
         return rows if rows and rows[-1].to_m == high else []
 
-    def _predicted(self, one: PredictedDetection) -> Finding:
-        counted, is_ap = self._targets, one.figure == "predicted"
-        calibration = counted.calibration if is_ap else counted.settings.recall
-        if calibration is None:
+    def _figure(self, one: FigureLimit) -> Finding:
+        """Return a figure of a class: of objects in rings of distance, in a sector, or all around, or of voxels."""
+        figure = one.of
+        if not isinstance(figure, ObjectFigure):
+            found = figure.of(self._evaluated, one.cls)
+            return Finding(found.value) if found.exists else missing(found.reason)
+        counted = self._targets
+        if lack := figure.lacks(counted):
+            return missing(lack)
+        calibration = figure.calibrated(counted)
+        if figure.calibration is not None and calibration is None:
             return missing("the calibration predicts AP, not recall")
-        if outside := counted.predicted_outside if is_ap else counted.found_outside:
+        if calibration is not None and (outside := counted.outside(calibration)):
             return missing(f"outside the domain: {outside}")
-        rows = [row.predicted if is_ap else row.found for row in self._rows(one)]
-        found = [row for row in rows if row is not None]
-        domain = calibration.domain.region
-        if not found:
-            return missing(f"there is no {one.cls} {domain}")
-        count = sum(row.objects for row in found)
-        error = float(calibration.errors[1 + CLASSES.index(one.cls)])
-        return Finding(
-            sum(row.objects * row.value for row in found) / count,
-            f"{one.text} ({count:,} objects {domain})",
-            details=(f"± {100.0 * SURE * error:.1f} %, two standard errors of the calibration",),
-        )
-
-    def _on_target(self, one: OnTarget) -> Finding:
-        rows = self._rows(one)
-        if not rows:
+        parts = self._parts(one, figure)
+        if not parts and calibration is None:
             return missing(f"objects count within {self._traffic.within_m:g} m")
-        count = sum(row.objects for row in rows)
-        text = f"{one.text} ({count:,} objects)"
+        found_in = [part[one.figure] for part in parts if part[one.figure].objects]
+        count, details, domain = sum(each.objects for each in found_in), tuple[str, ...](), ""
+        if calibration is not None:
+            error = float(calibration.errors[1 + CLASSES.index(one.cls)])
+            details = (f"± {100.0 * SE_FACTOR * error:.1f} %, two standard errors of the calibration",)
+            domain = f" {calibration.domain.region}"
         if not count:
-            return Finding(None, text, details=(f"there is no {one.cls} there",))
-        return Finding(sum(row.objects * float(getattr(row, one.figure).value) for row in rows) / count, text)
+            return missing(f"there is no {one.cls}{domain or ' there'}")
+        text = f"{one.text} ({count:,} objects{domain})"
+        if figure.is_median and len(found_in) > 1:
+            return missing("medians have no limit over several rings: name one")
+        return Finding(sum(each.objects * each.value for each in found_in) / count, text, details=details)
 
     # ------------------------------------------------------------ blind zones and objects
     def _blind_area(self, one: BlindArea) -> Finding:
@@ -340,7 +343,7 @@ class Check:
 
     # ------------------------------------------------------------ redundancy
     def _coverage(self, of: str) -> Coverage:
-        return self._voxels if of == "voxels" else self._road_users
+        return self._voxels if of == "voxels" else self._objects
 
     def _covered(self, one: Covered) -> Finding:
         coverage, cls, rows = self._coverage(one.of), CLASSES.index(one.cls), _rows(one.sector)
@@ -375,17 +378,17 @@ class Check:
     @cached_property
     def _measures(self) -> Measures:
         subject, asked = self._subject, self._asked
-        users = subject.traffic if any(one.figure == "on_target" for one in asked.tolerance) else None
+        users = subject.traffic if any(one.of.needs == "objects" for one in asked.tolerance) else None
         return Measures(
             self._field, users, self._settings, asked.sample_frames, subject.threads,
             TargetSettings(min_points=asked.min_points), subject.rig,
         )  # fmt: skip
 
     def _chance(self, one: Tolerated) -> Finding:
-        if one.figure == "seen" and not self._scores.classes[one.cls].h_total:
+        if one.of.needs == "voxels" and not self._scores.classes[one.cls].h_total:
             return missing(f"the scene has no entropy of {one.cls}")
-        if one.figure == "on_target":
-            lack = self._lacking(kinds_of(one.figure)) or self._no_road_users(one)
+        if isinstance(one.of, ObjectFigure):
+            lack = one.of.lacks(self._targets) or self._no_objects(one)
             if lack is not None:
                 return missing(lack)
         if not moves(self._asked.errors[one.profile], self._subject.rig):
@@ -395,7 +398,10 @@ class Check:
         limit = f", after {last:,} draws, the most"
         for draws in _raised(one.draws, last):
             figures = drawn.first(draws)
-            below = sum(found[f"{one.figure} {one.cls}"] < one.limit for found in figures)
+            values = [found[measured_name(one.of, one.cls)] for found in figures]
+            below = sum(
+                value > one.limit if one.of.better == "less" else value < one.limit for value in values
+            )
             bounds = chance_bounds(below, draws)
             if bounds[1] <= one.at_most or bounds[0] > one.at_most:
                 limit = ""
@@ -405,7 +411,7 @@ class Check:
         detail = f"between {shown[0]} and {shown[1]}, each bound with 95 % confidence{limit}"
         return Finding(below / draws, text, bounds, (detail,))
 
-    def _no_road_users(self, one: Tolerated) -> str | None:
+    def _no_objects(self, one: Tolerated) -> str | None:
         traffic = self._traffic
         boxes = slice(0, int(traffic.starts[min(self._asked.sample_frames, traffic.frames)]))
         is_there = traffic.counts[boxes] & (traffic.cls[boxes] == CLASSES.index(one.cls))

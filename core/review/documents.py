@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 
 from riglens.core.blind.zones import HEIGHTS_M, BlindMap, By, Hole, share_seen
+from riglens.core.geometry import Pose
 from riglens.core.metric.entropy import nats
 from riglens.core.metric.scores import Body
 from riglens.core.plain import to_plain
 from riglens.core.review.findings import Verdict
-from riglens.core.review.measures import ON_TARGET, Measures
+from riglens.core.review.measures import Measures
 from riglens.core.review.mounts import USUAL_LIMITS, Mount, Violation, mounts_of, violations
 from riglens.core.review.profiles import ONLY_GEOMETRY
 from riglens.core.review.redundancy import COVERED, Coverage, Failure, What, lost_share, share
@@ -155,11 +156,11 @@ def mounts_document(rig: Rig, mounts: Sequence[Mount], found: Sequence[Violation
 
 
 def _mount(mount: Mount) -> dict[str, Any]:
-    stand = mount.stand
+    status = mount.status
     return {
         "name": mount.name,
         "height_m": mount.height_m,
-        "gap_m": None if stand.nearest_m is None else stand.gap_m,
+        "gap_m": None if status.nearest_m is None else status.gap_m,
         "neighbour": mount.neighbour,
         "neighbour_m": None if mount.neighbour is None else mount.neighbour_m,
         "beyond_m": to_plain(mount.beyond_m),
@@ -243,11 +244,10 @@ def _sample(found: ToleranceResult, measures: Measures) -> dict[str, Any]:
     from the rig as designed, whose figures are those of all frames."""
     frames, of_frames = measures.frames
     worst_se = {}
-    for cls in CLASSES:
-        name = f"{ON_TARGET} {cls}"
+    for name in measures.of_objects(found.rig, Pose()):
         if name in found.spreads:
             drawn = rig_of_draw(found, found.spreads[name].worst_draw)
-            worst_se[name] = measures.on_target(*drawn)[name].se
+            worst_se[name] = measures.of_objects(*drawn)[name].se
     return {"frames": frames, "of_frames": of_frames, "worst_se": worst_se}
 
 
@@ -263,7 +263,7 @@ def mounts_review_document(rig: Rig) -> dict[str, Any]:
 
 
 def _mount_plain(mount: Mount) -> dict[str, Any]:
-    place = mount.stand
+    place = mount.status
     return {
         "name": mount.name,
         "height_m": mount.height_m,

@@ -1,31 +1,38 @@
-"""Measure the figures of a rig that tolerances spread: its coverage, and its hits on objects."""
+"""Measure the figures of a rig that tolerances spread."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cached_property
 
-from riglens.core.engine.engine import Engine
 from riglens.core.errors import IsStale, never_stale
+from riglens.core.figures.evaluated import Evaluated, EvaluationSettings, Evaluator
+from riglens.core.figures.figure import Estimate, Figure
+from riglens.core.figures.objects import ObjectFigure
+from riglens.core.figures.registry import tolerated_figures
 from riglens.core.geometry import Pose
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import PAPER_SETTINGS, MetricSettings
 from riglens.core.review.tolerance import standing
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.targets.engine import TargetEngine
-from riglens.core.targets.scores import Estimate, Groups, TargetScores
 from riglens.core.targets.settings import USUAL, TargetSettings
 from riglens.core.targets.traffic import Traffic
 
-SEEN, ON_TARGET = "seen", "on_target"
+
+def measured_name(figure: Figure, cls: str) -> str:
+    """Return the name of a figure of a class among those measured."""
+    return f"{figure.key} {cls}"
 
 
 class Measures:
-    """Measurement of rigs one after another: `seen CLASS` by any sensor and, where there is traffic, `on_target CLASS`.
+    """Measurement of rigs one after another: `KEY CLASS` of the leading figures, those of objects where there is
+    traffic.
 
-    With `designed`, objects are counted in the first `frames` frames and in all of them for that rig alone: `on_target`
-    is then its figure plus the change that the sample shows, so that the rig as designed has one figure everywhere.
-    Shares; more is better. For the thread of the parallel kernels.
+    With `designed`, objects are counted in the first `frames` frames and in all of them for that rig alone: a figure
+    of objects is then its own plus the change that the sample shows, so that the rig as designed has one figure
+    everywhere.
+    For the thread of the parallel kernels.
     """
 
     def __init__(
@@ -38,50 +45,59 @@ class Measures:
         targets: TargetSettings = USUAL,
         designed: Rig | None = None,
     ) -> None:
-        self._engine = Engine(field, threads)
-        self._targets = None if traffic is None else TargetEngine(traffic, threads)
-        self._settings, self._frames = settings, frames
-        self._how = replace(targets, body=settings.body)
-        self._designed = designed
-        self._base: tuple[TargetScores, TargetScores] | None = None
+        how = EvaluationSettings(settings, replace(targets, body=settings.body))
+        self._evaluate = Evaluator(field, traffic, how, threads)
+        self._frames, self._designed = frames, designed
+        wanted = tolerated_figures()
+        self._of_voxels = tuple(one for one in wanted if one.needs == "voxels")
+        self._of_objects = tuple(one for one in wanted if isinstance(one, ObjectFigure))
 
     @property
     def frames(self) -> tuple[int, int]:
         """Return the number of frames in which objects are counted, and the total."""
-        most = 0 if self._targets is None else self._targets.traffic.frames
+        traffic = self._evaluate.traffic
+        most = 0 if traffic is None else traffic.frames
         return (most if self._frames is None else min(self._frames, most)), most
 
     def __call__(self, rig: Rig, stance: Pose, cancel: IsStale = never_stale) -> dict[str, float]:
         """Return the figures of a rig with a stance of its car; Cancelled as soon as `cancel` returns True."""
-        moved = standing(rig, stance)
-        scores = self._engine.evaluate(moved, self._settings, False, stance, cancel).scores
-        found = {f"{SEEN} {name}": scores.classes[name].any_seen for name in CLASSES}
-        counted = self.on_target(rig, stance, cancel)
+        evaluated = self._evaluate(standing(rig, stance), ("voxels",), None, stance, cancel)
+        found = {
+            measured_name(one, cls): one.of(evaluated, cls).value
+            for one in self._of_voxels
+            for cls in CLASSES
+        }
+        counted = self.of_objects(rig, stance, cancel)
         return found | {name: estimate.value for name, estimate in counted.items()}
 
-    def on_target(self, rig: Rig, stance: Pose, cancel: IsStale = never_stale) -> dict[str, Estimate]:
-        """Return `on_target CLASS` and the standard error that the sample adds to it; nothing without traffic."""
-        if self._targets is None:
-            return {}
+    def of_objects(self, rig: Rig, stance: Pose, cancel: IsStale = never_stale) -> dict[str, Estimate]:
+        """Return the figures of objects with the standard errors that the sample adds; nothing without traffic."""
         used, most = self.frames
-        whole = sample = None
-        if self._designed is not None and used < most:
-            whole, sample = self._base = self._base or self._counts_as_designed(self._designed, cancel)
-        moved = standing(rig, stance).with_lidars_alone()  # pixels take most of the time and play no part
-        counts = self._targets.evaluate(moved, self._how, self._frames, stance, cancel)
-        totals = {name: counts.classes[name].total.on_target for name in CLASSES}
-        if whole is not None and sample is not None:
-            change = counts.objects.on_target - sample.objects.on_target
-            for name, added in Groups(self._targets.traffic, used).means_by_class(change).items():
-                own = whole.classes[name].total.on_target
-                totals[name] = Estimate(min(1.0, max(0.0, own.value + added.value)), added.se)
-        return {f"{ON_TARGET} {name}": total for name, total in totals.items()}
+        if not most:
+            return {}
+        sample = self._counted(standing(rig, stance), self._frames, stance, cancel)
+        found = {}
+        for figure in self._of_objects:
+            for cls in CLASSES:
+                estimate = figure.of(sample, cls)
+                if self._designed is not None and used < most:
+                    whole, designed = self._as_designed
+                    own, added = figure.of(whole, cls), figure.change(sample, designed, cls)
+                    estimate = Estimate(min(1.0, max(0.0, own.value + added.value)), added.se)
+                found[measured_name(figure, cls)] = estimate
+        return found
 
-    def _counts_as_designed(self, rig: Rig, cancel: IsStale) -> tuple[TargetScores, TargetScores]:
+    @cached_property
+    def _as_designed(self) -> tuple[Evaluated, Evaluated]:
         """Count for the rig as designed in all frames, and in the sample."""
-        assert self._targets is not None
-        whole, sample = (
-            self._targets.evaluate(rig.with_lidars_alone(), self._how, frames, cancel=cancel)
-            for frames in (None, self._frames)
-        )
-        return whole, sample
+        assert self._designed is not None
+        return self._counted(self._designed, None), self._counted(self._designed, self._frames)
+
+    def _counted(
+        self, rig: Rig, frames: int | None, stance: Pose = Pose(), cancel: IsStale = never_stale
+    ) -> Evaluated:
+        """Count with the sensors that make the figures: the others would take their time and play no part."""
+        kinds = {kind for one in self._of_objects for kind in one.kinds}
+        if all(one.kinds for one in self._of_objects):
+            rig = rig.only(one for one in rig.sensors if one.enabled and one.kind in kinds)
+        return self._evaluate(rig, ("objects",), frames, stance, cancel)

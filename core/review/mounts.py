@@ -12,10 +12,11 @@ from pydantic import Field, model_validator
 
 from riglens.core.blind.outline import Outline
 from riglens.core.geometry import Vec3
-from riglens.core.rig.model import Frozen, Rig, Sensor
+from riglens.core.plain import Frozen
+from riglens.core.rig.model import Rig, Sensor
 from riglens.core.vehicle.housings import housing_corners_m
 from riglens.core.vehicle.solid import MATERIALS, Solid, solid_of
-from riglens.core.vehicle.standing import MountStatus, skin_of, stand
+from riglens.core.vehicle.standing import MountStatus, mount_status, skin_of
 
 Doubles = NDArray[np.float64]
 Limit = Annotated[float, Field(allow_inf_nan=False, ge=-100.0, le=100.0)]
@@ -69,11 +70,11 @@ USUAL_KEEP_OUT = (
 """Usual keep-out zones: our choice, as are the shares of a car's sides that are doors."""
 
 
-PAINTED = "painted keep-out zone"
-"""Name of the zones painted in a rig's own `keep_out`."""
+OWN_ZONE = "of the rig"
+"""Name of the zone that a rig's own `keep_out` is."""
 
 
-class Beyond(Frozen):
+class Overhang(Frozen):
     """Limits of the overhang of housings over the car's outline and roof, metres."""
 
     front: Limit | None = None
@@ -93,7 +94,7 @@ class MountLimits(Frozen):
     height_m: tuple[Limit, Limit] | None = None
     gap_m: Length | None = None
     spacing_m: Length | None = None
-    beyond_m: Beyond = Beyond()
+    beyond_m: Overhang = Overhang()
     length_m: Length | None = None
     width_m: Length | None = None
     total_height_m: Length | None = None
@@ -117,7 +118,7 @@ class Mount:
 
     name: str
     height_m: float
-    stand: MountStatus
+    status: MountStatus
     neighbour: str | None
     neighbour_m: float
     beyond_m: dict[str, float]
@@ -136,14 +137,14 @@ class Violation:
 @lru_cache(maxsize=64)  # while one sensor moves, the others cost nothing
 def _footing(place_m: Vec3, solid: Solid, has_materials: bool) -> tuple[MountStatus, frozenset[str]]:
     """Return the mount status of a place on a car, and the materials there."""
-    standing = stand(place_m, solid)
+    standing = mount_status(place_m, solid)
     if not has_materials or standing.nearest_m is None:
         return standing, frozenset()
     return standing, skin_of(solid).materials_at(np.array(standing.nearest_m))
 
 
 def mounts_of(rig: Rig, keep_out: tuple[KeepOut, ...] = USUAL_KEEP_OUT) -> tuple[Mount, ...]:
-    """Return the mounts of the rig's enabled sensors. A mesh file has no materials: only boxes and painted zones
+    """Return the mounts of the rig's enabled sensors. A mesh file has no materials: only boxes and the spots of the rig
     apply."""
     outline, solid = Outline.of(rig.vehicle), solid_of(rig.vehicle)
     sensors = [sensor for sensor in rig.sensors if sensor.enabled]
@@ -152,7 +153,7 @@ def mounts_of(rig: Rig, keep_out: tuple[KeepOut, ...] = USUAL_KEEP_OUT) -> tuple
         standing, materials = _footing(sensor.position, solid, not rig.vehicle.has_mesh_file)
         where = standing.nearest_m or sensor.position
         zones = tuple(zone.name for zone in keep_out if is_in_zone(zone, where, materials, rig, outline))
-        zones += (PAINTED,) * is_painted(rig, where)
+        zones += (OWN_ZONE,) * is_kept_out(rig, where)
         beyond = dict(zip(SIDES, beyond_m(sensor, rig, outline).tolist(), strict=True))
         found.append(
             Mount(
@@ -186,7 +187,7 @@ def beyond_m(sensor: Sensor, rig: Rig, outline: Outline) -> Doubles:
     return np.array([*sides, z1 - rig.vehicle.height])
 
 
-def is_painted(rig: Rig, at_m: tuple[float, float, float]) -> bool:
+def is_kept_out(rig: Rig, at_m: tuple[float, float, float]) -> bool:
     """Return whether a place on the skin lies within a spot of the rig's own keep-out zones."""
     if not rig.keep_out:
         return False
@@ -225,11 +226,11 @@ def _complaints(mount: Mount, limits: MountLimits) -> list[str]:
     if limits.height_m is not None and not limits.height_m[0] <= mount.height_m <= limits.height_m[1]:
         low, high = limits.height_m
         lines.append(f"height over the ground must be {low:g} to {high:g} m (is {mount.height_m:.3f} m)")
-    if mount.stand.inside or mount.stand.below_ground:
-        lines.append(mount.stand.problem)
-    elif limits.gap_m is not None and mount.stand.gap_m > limits.gap_m:
+    if mount.status.inside or mount.status.below_ground:
+        lines.append(mount.status.problem)
+    elif limits.gap_m is not None and mount.status.gap_m > limits.gap_m:
         lines.append(
-            f"height over the skin must be at most {limits.gap_m:g} m (is {mount.stand.gap_m:.3f} m)"
+            f"height over the skin must be at most {limits.gap_m:g} m (is {mount.status.gap_m:.3f} m)"
         )
     if limits.spacing_m is not None and mount.neighbour_m < limits.spacing_m:
         lines.append(

@@ -21,7 +21,8 @@ from riglens.assets import asset_path
 from riglens.core.blind.outline import Outline
 from riglens.core.blind.zones import By
 from riglens.core.errors import InputError
-from riglens.core.rig.model import Frozen, Vehicle
+from riglens.core.plain import Frozen
+from riglens.core.rig.model import Vehicle
 from riglens.core.rig.yaml.checked import read_checked
 
 ONLY_GEOMETRY = "geometry only, no approval"

@@ -28,10 +28,9 @@ from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.sectors import SECTORS, sector_of
 from riglens.core.sensors.base import HALVES
 from riglens.core.sensors.registry import kind_names
+from riglens.core.targets.counts import Counted, ObjectCounts
 from riglens.core.targets.engine import TargetEngine
-from riglens.core.targets.scores import ObjectCounts
 from riglens.core.targets.settings import TargetSettings
-from riglens.core.targets.traffic import Traffic
 
 NO_EVIDENCE = "a count of views, no evidence of a safety integrity level (ASIL)"
 What = Literal["sensor", "pair", "group", "half"]
@@ -193,13 +192,12 @@ def voxel_counter(engine: Engine, settings: MetricSettings) -> Counter:
 # ---------------------------------------------------------------- objects
 
 
-def target_coverage(
-    traffic: Traffic, rig: Rig, objects: ObjectCounts, min_points: int, with_failures: bool = True
-) -> Coverage:
+def target_coverage(counted: Counted, with_failures: bool = True) -> Coverage:
     """Count the objects that the rig detects, by `min_points` points of its LiDARs, 25 px of height in a camera, or the
     threshold of another kind."""
-    place = traffic.centre_m[objects.box]
-    where = sector_of(place[:, 0], place[:, 1]).astype(np.int64) * len(CLASSES) + traffic.cls[objects.box]
+    rig, objects, groups = counted.rig, counted.objects, counted.groups
+    min_points = counted.settings.min_points
+    where = sector_of(*groups.centre_m.T).astype(np.int64) * len(CLASSES) + groups.cls
 
     def tally(flags: Flags) -> Sums:
         found = np.bincount(where[flags], minlength=len(SECTORS) * len(CLASSES))
@@ -222,8 +220,7 @@ def target_counter(engine: TargetEngine, settings: TargetSettings) -> Counter:
     """Return a counter of the objects of an engine's traffic that rigs detect."""
 
     def coverage(rig: Rig, with_failures: bool = True) -> Coverage:
-        objects = engine.evaluate(rig, settings).objects
-        return target_coverage(engine.traffic, rig, objects, settings.min_points, with_failures)
+        return target_coverage(engine.evaluate(rig, settings), with_failures)
 
     return coverage
 

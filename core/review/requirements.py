@@ -13,12 +13,14 @@ from pydantic import Field, model_validator
 
 from riglens.core.blind.zones import BlindSettings
 from riglens.core.metric.scores import Body
+from riglens.core.plain import Frozen
 from riglens.core.review.profiles import Profile
 from riglens.core.review.redundancy import failing_of, halves_of
 from riglens.core.review.sections import (
     BlindArea,
     BlindObjects,
     Covered,
+    FigureLimit,
     Loss,
     Mounts,
     OnTarget,
@@ -29,7 +31,7 @@ from riglens.core.review.sections import (
     WorstCase,
 )
 from riglens.core.review.tolerance import PROFILES, ToleranceProfile
-from riglens.core.rig.model import Frozen, Rig
+from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.checked import Problem, checked
 from riglens.core.rig.yaml.nodes import read_text, shortened, shown_path
 
@@ -51,6 +53,7 @@ class Item:
 MOST = 500
 ACCEPTED = "a file of requirements, which starts with riglens_requirements: 1"
 SECTIONS = (
+    "figures",
     "seen",
     "predicted_detection",
     "on_target",
@@ -73,6 +76,7 @@ class Requirements(Frozen):
     blind_width_m: Annotated[float, Field(ge=0.0, le=5.0)] = 0.3
     seed: Annotated[int, Field(ge=0, lt=1 << 63)] = 0
     sample_frames: Annotated[int, Field(ge=1)] = 100
+    figures: Annotated[tuple[FigureLimit, ...], Field(max_length=MOST)] = ()
     seen: Annotated[tuple[Seen, ...], Field(max_length=MOST)] = ()
     predicted_detection: Annotated[tuple[PredictedDetection, ...], Field(max_length=MOST)] = ()
     on_target: Annotated[tuple[OnTarget, ...], Field(max_length=MOST)] = ()
@@ -98,15 +102,23 @@ class Requirements(Frozen):
     @property
     def needs_scene(self) -> bool:
         """Return whether any requirement depends on traffic."""
-        return bool(self.seen or self.losses or self.covered or self.tolerance) or self.needs_road_users
+        return (
+            bool(self.figures or self.seen or self.losses or self.covered or self.tolerance)
+            or self.needs_objects
+        )
 
     @property
-    def needs_road_users(self) -> bool:
+    def needs_objects(self) -> bool:
         """Return whether any requirement is on objects of the traffic."""
         counted = [*(one.of for one in self.losses), *(one.of for one in self.covered)]
-        of_users = "road_users" in counted
-        of_users |= bool(self.on_target or self.predicted_detection)
-        return of_users or any(one.figure == "on_target" for one in self.tolerance)
+        of_objects = "objects" in counted
+        of_objects |= any(one.of.needs == "objects" for one in self.limits)
+        return of_objects or any(one.of.needs == "objects" for one in self.tolerance)
+
+    @property
+    def limits(self) -> tuple[FigureLimit, ...]:
+        """Limits of figures of classes, whichever section they stand in."""
+        return (*self.figures, *self.on_target, *self.predicted_detection)
 
     @property
     def blind_settings(self) -> BlindSettings:

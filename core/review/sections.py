@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 from datetime import date
-from typing import Annotated, ClassVar, Literal, Self
+from typing import Annotated, Literal, Self
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from riglens.core.blind.outline import BANDS_M
 from riglens.core.blind.zones import By, unseen_by
+from riglens.core.figures.coverage import SEEN
+from riglens.core.figures.figure import Figure
+from riglens.core.figures.hits import ON_TARGET
+from riglens.core.figures.objects import ObjectFigure
+from riglens.core.figures.predicted import PREDICTED
+from riglens.core.figures.registry import figure_named, figures, tolerated_figures
+from riglens.core.figures.text import in_sentence
+from riglens.core.plain import Frozen
 from riglens.core.review.mounts import MountLimits
 from riglens.core.review.redundancy import What
 from riglens.core.review.tolerance import MAX_DRAWS
-from riglens.core.rig.model import Frozen
 from riglens.core.scene.sectors import SECTORS
-from riglens.core.sensors.camera import CAMERA
-from riglens.core.sensors.lidar import LIDAR
+from riglens.core.sensors.registry import one_of
 from riglens.core.targets.traffic import WITHIN_M
 
 Class = Literal["car", "bicycle", "pedestrian"]
@@ -60,7 +66,11 @@ class Requirement(Frozen):
     why: Words | None = None
     allow_missing: bool = False
     waived: Waiver | None = None
-    unit: ClassVar[str] = "share"
+
+    @property
+    def unit(self) -> str:
+        """Unit of the figure."""
+        return "share"
 
     @property
     def label(self) -> str | None:
@@ -89,11 +99,6 @@ class Requirement(Frozen):
         by = getattr(self, "by", "any")
         return () if by == "any" else (by,)
 
-    @property
-    def least_kinds(self) -> int:
-        """Number of kinds of sensors without which the figure does not exist."""
-        return 1
-
     def scope(self) -> dict[str, object]:
         """Return what identifies the figure: neither its limit nor its labels."""
         return self.model_dump(exclude_defaults=True, exclude=_NOT_SCOPE)
@@ -114,36 +119,38 @@ class Seen(Requirement):
         return f"seen of {self.cls} by {self.by}"
 
 
-SHOWN = {
-    "seen": "seen",
-    "on_target": "on target",
-    "predicted": "predicted detection",
-    "found": "share found",
-    "share_5": "share with ≥ 5 points",
-    "visible": "visible",
-    "both": "detected by both",
-    "voxels": "voxels",
-    "road_users": "objects",
-}
-"""Words for the figures of requirements."""
+COVERED_THINGS = {"voxels": "voxels", "objects": "objects"}
+"""Words for what losses and coverage are counted of."""
 
 
-def kinds_of(figure: str) -> tuple[str, ...]:
-    """Return the kinds of sensors that make a figure of objects."""
-    return {"visible": (CAMERA.name,), "both": ()}.get(figure, (LIDAR.name,))
+def _known_figure(key: str) -> str:
+    return one_of([one.key for one in figures() if one.per_class], key)
 
 
-class OnTarget(Requirement):
-    """Least share of objects of a class within distances, in a sector, or of all: on target, or with 5 points."""
+def _known_tolerated(key: str) -> str:
+    return one_of([one.key for one in tolerated_figures()], key)
 
+
+class FigureLimit(Requirement):
+    """Limit of any figure of a class: of objects, also of those within distances or in a sector; or of voxels."""
+
+    figure: Annotated[str, AfterValidator(_known_figure)]
     cls: Annotated[Class, Field(alias="class")]
     ring_m: tuple[Metres, Metres] | None = None
     sector: Sector | None = None
-    figure: Literal["on_target", "share_5", "visible", "both"] = "on_target"
-    at_least: Share
+    at_least: Annotated[float, Field(allow_inf_nan=False)] | None = None
+    at_most: Annotated[float, Field(allow_inf_nan=False)] | None = None
 
     @model_validator(mode="after")
-    def _rings_of_ten(self) -> Self:
+    def _complete(self) -> Self:
+        if (self.at_least is None) == (self.at_most is None):
+            raise ValueError("must hold either at_least or at_most")
+        if self.of.unit == "share" and not 0.0 <= self.accepted <= 1.0:
+            raise ValueError(
+                f"{self.relation.replace(' ', '_')} must be a share, 0 to 1 (got {self.accepted:g})"
+            )
+        if (self.ring_m or self.sector) and not isinstance(self.of, ObjectFigure):
+            raise ValueError(f"{self.figure} has no ring_m and no sector")
         if self.ring_m is not None:
             if self.sector is not None:
                 raise ValueError("either ring_m or sector, not both")
@@ -155,28 +162,46 @@ class OnTarget(Requirement):
         return self
 
     @property
+    def of(self) -> Figure:
+        """The figure that is limited."""
+        found = figure_named(self.figure)
+        assert found is not None
+        return found
+
+    @property
+    def relation(self) -> Relation:
+        return "at most" if self.at_least is None else "at least"
+
+    @property
+    def accepted(self) -> float:
+        limit = self.at_most if self.at_least is None else self.at_least
+        assert limit is not None
+        return limit
+
+    @property
+    def unit(self) -> str:
+        return self.of.unit
+
+    @property
     def text(self) -> str:
-        return f"{SHOWN[self.figure]} of {self.cls}{self._where}"
+        return f"{in_sentence(self.of.title)} of {self.cls}{self._where}"
 
     @property
     def _where(self) -> str:
         ring = "" if self.ring_m is None else f", {self.ring_m[0]:g} to {self.ring_m[1]:g} m"
         return f"{ring}{_sector_text(self.sector)}"
 
-    @property
-    def kinds(self) -> tuple[str, ...]:
-        return kinds_of(self.figure)
 
-    @property
-    def least_kinds(self) -> int:
-        return 2 if self.figure == "both" else 1
+class OnTarget(FigureLimit):
+    """Limit of a figure of objects, of hit coverage where none is named."""
+
+    figure: Annotated[str, AfterValidator(_known_figure)] = ON_TARGET.key
 
 
-class PredictedDetection(OnTarget):
-    """Predicted detection of a class, or its share of objects found, within distances, in a sector, or in its whole
-    domain, at least."""
+class PredictedDetection(FigureLimit):
+    """Limit of a figure of a calibration, of predicted detection where none is named."""
 
-    figure: Literal["predicted", "found"] = "predicted"  # type: ignore[assignment]
+    figure: Annotated[str, AfterValidator(_known_figure)] = PREDICTED.key
 
 
 WORST: dict[What, str] = {
@@ -212,7 +237,10 @@ class BlindArea(WorstCase):
     sector: Sector | None = None
     within_m: Metres | None = None
     at_most_m2: Area
-    unit: ClassVar[str] = "m²"
+
+    @property
+    def unit(self) -> str:
+        return "m²"
 
     @model_validator(mode="after")
     def _known_band(self) -> Self:
@@ -232,7 +260,10 @@ class BlindObjects(WorstCase):
 
     profile: str
     at_most_unseen: Annotated[int, Field(ge=0)] = 0
-    unit: ClassVar[str] = "objects"
+
+    @property
+    def unit(self) -> str:
+        return "objects"
 
     @property
     def text(self) -> str:
@@ -242,7 +273,7 @@ class BlindObjects(WorstCase):
 class Loss(Requirement):
     """Limit of the loss of a class by the worst failure of a kind; or by one failure by its `name`, with a `title`."""
 
-    of: Literal["voxels", "road_users"]
+    of: Literal["voxels", "objects"]
     cls: Annotated[Class, Field(alias="class")]
     failure: What = "sensor"
     name: str | None = None
@@ -262,7 +293,7 @@ class Loss(Requirement):
     def text_of(self, failing: str) -> str:
         """Return the figure in words, for what fails."""
         happens = "is blocked" if self.failure == "half" else "fails"
-        what = f"{'' if self.share_of == 'all' else 'detected '}{SHOWN[self.of]} of {self.cls}"
+        what = f"{'' if self.share_of == 'all' else 'detected '}{COVERED_THINGS[self.of]} of {self.cls}"
         return f"{what} lost when {failing} {happens}{_sector_text(self.sector)}"
 
     def scope(self) -> dict[str, object]:
@@ -273,7 +304,7 @@ class Loss(Requirement):
 class Covered(Requirement):
     """Least share of a class that a number of sensors, or two kinds, cover."""
 
-    of: Literal["voxels", "road_users"]
+    of: Literal["voxels", "objects"]
     cls: Annotated[Class, Field(alias="class")]
     sensors: Literal["1", "2", "3", "two kinds"] | Literal[1, 2, 3]
     sector: Sector | None = None
@@ -281,16 +312,16 @@ class Covered(Requirement):
 
     @property
     def text(self) -> str:
-        return f"{SHOWN[self.of]} of {self.cls} covered by {self.sensors}{_sector_text(self.sector)}"
+        return f"{COVERED_THINGS[self.of]} of {self.cls} covered by {self.sensors}{_sector_text(self.sector)}"
 
 
 class Tolerated(Requirement):
-    """Limit of the chance that a figure falls below a value under errors of a profile.
+    """Limit of the chance that a figure is worse than a value under errors of a profile.
 
     There are at least `draws` draws, and more, up to `max_draws`, until the bounds of the chance decide."""
 
     profile: str
-    figure: Literal["seen", "on_target"] = "seen"
+    figure: Annotated[str, AfterValidator(_known_tolerated)] = SEEN.key
     cls: Annotated[Class, Field(alias="class")]
     limit: Share
     draws: Annotated[int, Field(ge=8, le=MAX_DRAWS)] = 64
@@ -298,14 +329,24 @@ class Tolerated(Requirement):
     at_most: Share = 0.05
 
     @property
+    def of(self) -> Figure:
+        """The figure whose chance is limited."""
+        found = figure_named(self.figure)
+        assert found is not None
+        return found
+
+    @property
     def text(self) -> str:
-        return f"chance of {SHOWN[self.figure]} of {self.cls} below {self.limit:g} under {self.profile}"
+        title, way = self.of.title, "above" if self.of.better == "less" else "below"
+        return f"chance of {in_sentence(title)} of {self.cls} {way} {self.limit:g} under {self.profile}"
 
 
 class Mounts(MountLimits, Requirement):
     """Limits of all mounts: one requirement."""
 
-    unit: ClassVar[str] = "violations"
+    @property
+    def unit(self) -> str:
+        return "violations"
 
     @property
     def text(self) -> str:

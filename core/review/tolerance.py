@@ -17,15 +17,17 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from riglens.core.errors import InputError
+from riglens.core.figures.registry import figure_named
 from riglens.core.geometry import Pose, rpy_deg_from_rotation
-from riglens.core.rig.model import Frozen, Rig, Sensor
+from riglens.core.plain import Frozen
+from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.boxes import Progress
 
 T = TypeVar("T")
 Doubles = NDArray[np.float64]
 Figures = Mapping[str, float]
 Measure = Callable[[Rig, Pose], Figures]
-"""Figures by name of a rig with a pose of its car in the frame of the traffic; of each, more is better."""
+"""Figures by name, `KEY CLASS`, of a rig with a pose of its car in the frame of the traffic."""
 AXES = ("x", "y", "z", "roll", "pitch", "yaw")
 MAX_DRAWS = 4096
 CONFIDENCE = 0.95
@@ -78,8 +80,7 @@ def profile_called(name: str) -> ToleranceProfile:
 
 @dataclass(frozen=True)
 class Spread:
-    """Spread of one figure: as designed, median, 5 and 95 percent of the draws, the least, and the draw of the
-    least."""
+    """Spread of one figure: as designed, median, 5 and 95 percent of the draws, the worst, and its draw."""
 
     nominal: float
     median: float
@@ -90,10 +91,10 @@ class Spread:
     values: tuple[float, ...] = field(repr=False)
 
     @classmethod
-    def of(cls, nominal: float, values: Sequence[float]) -> Spread:
+    def of(cls, nominal: float, values: Sequence[float], less_is_better: bool = False) -> Spread:
         """Return the spread of some draws, of which there is at least one."""
         low, middle, high = np.quantile(values, [0.05, 0.5, 0.95]).tolist()
-        worst = int(np.argmin(values))
+        worst = int(np.argmax(values) if less_is_better else np.argmin(values))
         return cls(nominal, middle, low, high, float(values[worst]), worst, tuple(values))
 
 
@@ -297,7 +298,16 @@ def tolerance(
 
 
 def _spreads(nominal: Figures, found: Sequence[Figures]) -> dict[str, Spread]:
-    return {name: Spread.of(value, [one[name] for one in found]) for name, value in nominal.items()}
+    return {
+        name: Spread.of(value, [one[name] for one in found], is_less_better(name))
+        for name, value in nominal.items()
+    }
+
+
+def is_less_better(name: str) -> bool:
+    """Return whether less of a measured figure, `KEY CLASS`, is better."""
+    figure = figure_named(name.partition(" ")[0])
+    return figure is not None and figure.better == "less"
 
 
 def _axes(rig: Rig, profile: ToleranceProfile) -> Iterator[tuple[str, str, int, float]]:
@@ -335,7 +345,7 @@ def rig_of_draw(result: ToleranceResult, draw: int, magnified: float = 1.0) -> t
 
 
 def worst_rig(result: ToleranceResult, figure: str, magnified: float = 1.0) -> Rig:
-    """Return the rig of the draw with the least value of a figure, with its stance; InputError for an unknown figure.
+    """Return the rig of the draw with the worst value of a figure, with its stance; InputError for an unknown figure.
 
     `magnified`: factor on its errors, to be visible next to the rig as designed."""
     if figure not in result.spreads:

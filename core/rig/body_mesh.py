@@ -13,7 +13,8 @@ from pydantic import Field
 from pydantic.config import JsonDict
 
 from riglens.core.geometry import rotation_from_rpy_deg
-from riglens.core.sensors.base import Angles3, Frozen, Position
+from riglens.core.plain import Frozen
+from riglens.core.sensors.base import Angles3, Position
 
 METRES: JsonDict = {"unit": "m", "step": 0.05}
 

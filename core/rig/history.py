@@ -58,10 +58,6 @@ def _is_number(value: object) -> bool:
 def _label(before: Rig, after: Rig, places: list[Place]) -> str:
     if {place[0] for place in places} == {"vehicle"}:
         return "edit the car"
-    if {place[0] for place in places} == {"keep_out"}:
-        return (
-            "paint keep-out zones" if len(after.keep_out) >= len(before.keep_out) else "erase keep-out zones"
-        )
     if places == [("self_occlusion",)]:
         return "make the car solid" if after.self_occlusion else "let rays through the car"
     if places == [("housings",)]:

@@ -26,8 +26,8 @@ from riglens.assets import asset_path
 from riglens.core.cache_folder import digest_of_files, stored
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
-from riglens.core.plain import to_plain
-from riglens.core.rig.model import FORMAT_VERSION, Frozen, Length, LinearAngles, Positive, Sensor
+from riglens.core.plain import Frozen, to_plain
+from riglens.core.rig.model import FORMAT_VERSION, Length, LinearAngles, Positive, Sensor
 from riglens.core.rig.yaml.nodes import (
     Plain,
     line_of,

@@ -7,16 +7,9 @@ from typing import Annotated, Literal, Self, TypeVar
 
 from pydantic import Field, PlainValidator, PrivateAttr, SerializeAsAny, model_validator
 
+from riglens.core.plain import Frozen
 from riglens.core.rig.body_mesh import METRES, BodyMesh, MeshPlacement
-from riglens.core.sensors.base import (
-    Frozen,
-    Length,
-    Metres,
-    Name,
-    Positive,
-    Sensor,
-    rays_of,
-)
+from riglens.core.sensors.base import Length, Metres, Name, Positive, Sensor, rays_of
 from riglens.core.sensors.camera import Camera
 from riglens.core.sensors.lens import BrownConrady, KannalaBrandt
 from riglens.core.sensors.lidar import Lidar, LinearAngles
@@ -29,7 +22,6 @@ __all__ = [
     "PARAMETRIC_BODIES",
     "BrownConrady",
     "Camera",
-    "Frozen",
     "KannalaBrandt",
     "Length",
     "Lidar",
@@ -48,7 +40,7 @@ FORMAT_VERSION = 1
 PARAMETRIC_BODIES = ("sedan", "suv", "van", "truck")
 MAX_SENSORS = 255
 MAX_SPOTS = 1000
-"""Of painted keep-out zones."""
+"""Of the keep-out zones of a rig."""
 VehicleLength = Annotated[float, Field(allow_inf_nan=False, ge=0.1, le=100.0)]
 SpotRadius = Annotated[float, Field(allow_inf_nan=False, ge=0.005, le=2.0)]
 Spot = tuple[Metres, Metres, Metres, SpotRadius]

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
 from riglens.core.files import open_regular
-from riglens.core.sensors.base import MAX_LISTED_RAYS
-from riglens.core.sensors.scan import Reader, Shots, within_half_a_turn
+from riglens.core.sensors.lattice import MAX_LISTED_RAYS
+from riglens.core.sensors.scan import RayRows, Reader, within_half_a_turn
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -29,10 +29,10 @@ _LIMITS = {"azimuth": 360.0, "elevation": 90.0, "time": 1e6}
 
 def reader_in(folder: Path) -> Reader:
     """Return a reader of files that a rig in that folder names."""
-    return lambda file: read_shots(folder / file, file)
+    return lambda file: read_ray_rows(folder / file, file)
 
 
-def read_shots(path: Path, name: str) -> Shots:
+def read_ray_rows(path: Path, name: str) -> RayRows:
     """Return the rays of a table; raise InputError, whose line begins with `file`, when it is missing or wrong."""
     where = f"file {name!r:.60}"
     try:
@@ -59,7 +59,7 @@ def read_shots(path: Path, name: str) -> Shots:
         if bad.size:
             row, value = int(bad[0]), values[bad[0]]
             raise InputError(f"{where}: row {row + 1}: {what} must be {low:g} to {high:g} (got {value:g})")
-    return Shots(within_half_a_turn(azimuth), elevation, time_s, hashlib.sha256(content).hexdigest())
+    return RayRows(within_half_a_turn(azimuth), elevation, time_s, hashlib.sha256(content).hexdigest())
 
 
 def _columns(content: bytes, where: str) -> Mapping[str, pa.ChunkedArray]:

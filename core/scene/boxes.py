@@ -11,6 +11,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from riglens.core.scene.statistics import BoxStatistics
 from riglens.core.shown_text import visible
 
 CLASSES = ("car", "bicycle", "pedestrian")
@@ -61,7 +62,7 @@ class DataReport:
 
     `notes` are sentences for the user about how the data were read, such as columns that were not used;
     `sequences` counts the runs of frames that belong together (drives, scenes, logs);
-    `labels`: what tables call their frames.
+    `labels`: what tables call their frames; `statistics`: of the boxes, None where nothing was tallied.
     """
 
     source: str
@@ -72,6 +73,7 @@ class DataReport:
     notes: tuple[str, ...] = ()
     sequences: int = 1
     labels: FrameLabels | None = field(default=None, compare=False, repr=False)
+    statistics: BoxStatistics | None = field(default=None, compare=False, repr=False)
 
     @property
     def short_source(self) -> str:

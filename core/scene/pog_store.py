@@ -13,7 +13,7 @@ import math
 import reprlib
 import zipfile
 from collections import Counter
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import IO, Annotated, Any
@@ -26,13 +26,18 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 from riglens.core.cache_folder import cache_folder, keep
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write, open_regular
+from riglens.core.geometry import triple
+from riglens.core.plain import to_plain
 from riglens.core.scene.boxes import CLASSES, BoxSource, DataReport, Progress
 from riglens.core.scene.columns import VoxelIndex, words_in
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.limits import MAX_FRAMES, one_line, require_few_names
 from riglens.core.scene.pog import Pog, build_pog
+from riglens.core.scene.statistics import HEIGHT_STEPS, PLACES, SIZE_STEPS, BoxStatistics
 
 FORMAT = 1
+_KEPT = 2
+"""Changes with what the cache must hold: POGs of before lack the statistics of their boxes."""
 _ACCEPTED = "a POG written by 'riglens data build'"
 MAX_HEADER_CHARS = 1 << 25
 MAX_BOXES = 1 << 62
@@ -53,6 +58,7 @@ def _header(pog: Pog) -> dict[str, Any]:
         "sha256": data.sha256,
         "notes": list(data.notes),
         "sequences": data.sequences,
+        **({} if data.statistics is None else {"statistics": to_plain(data.statistics)}),
     }
 
 
@@ -130,7 +136,7 @@ def read_pog(file: IO[bytes], is_part: bool = False) -> Pog:
 def pog_key(content_hash: str, grid: VoxelGrid) -> str:
     """Return a name for the POG of boxes with this hash on this grid, which no others share."""
     key = json.dumps(
-        [FORMAT, content_hash, grid.voxel_m.hex(), [side.hex() for side in map(float, grid.roi_m)]]
+        [FORMAT, _KEPT, content_hash, grid.voxel_m.hex(), [side.hex() for side in map(float, grid.roi_m)]]
     )
     return f"pog-{hashlib.sha256(key.encode()).hexdigest()[:32]}"
 
@@ -161,10 +167,49 @@ _Text = Annotated[str, AfterValidator(_encodable)]
 _Count = Annotated[int, Field(ge=0, le=MAX_FRAMES)]
 _Tally = dict[_Text, Annotated[int, Field(ge=0, le=MAX_BOXES)]]
 _Length = Annotated[float, Field(gt=0.0, le=1e9)]
+_Place = Annotated[float, Field(ge=-1e9, le=1e9)]
+
+
+_Flat = dict[str, Annotated[int, Field(ge=1, le=MAX_BOXES)]]
+"""Numbers of boxes by flat index, which is a text in JSON."""
+
+
+class _Statistics(BaseModel):
+    """Statistics of boxes, which a survey looks up by index."""
+
+    model_config = ConfigDict(strict=True)
+
+    placed: _Flat
+    sizes: _Flat
+    bottoms: _Flat
+    frames: _Count
+    most: _Count
+    origin_m: Annotated[list[_Place], Field(min_length=3, max_length=3)] | None
+    is_origin_known: bool
+
+    def read(self) -> BoxStatistics:
+        """Return the statistics; ValueError for an index that is none."""
+        return BoxStatistics(
+            _indexed(self.placed, PLACES),
+            _indexed(self.sizes, 3 * SIZE_STEPS),
+            _indexed(self.bottoms, HEIGHT_STEPS),
+            self.frames,
+            self.most,
+            None if self.origin_m is None else triple(self.origin_m),
+            self.is_origin_known,
+        )
+
+
+def _indexed(tally: Mapping[str, int], of_class: int) -> Counter[int]:
+    size = len(CLASSES) * of_class
+    found = {int(name): count for name, count in tally.items() if name.isdecimal() and len(name) < 10}
+    if len(found) < len(tally) or max(found, default=0) >= size:
+        raise ValueError(f"statistics must have indices below {size}")
+    return Counter(found)
 
 
 class _Fields(BaseModel):
-    """Fields of a header; files of before have neither notes nor sequences."""
+    """Fields of a header; files of before have no notes, sequences or statistics."""
 
     model_config = ConfigDict(strict=True)
 
@@ -177,6 +222,7 @@ class _Fields(BaseModel):
     sha256: _Text
     notes: list[_Text] = []
     sequences: _Count = 1
+    statistics: _Statistics | None = None
 
 
 def _checked_header(fields: Any, is_part: bool) -> tuple[VoxelGrid, DataReport]:
@@ -203,6 +249,7 @@ def _checked_header(fields: Any, is_part: bool) -> tuple[VoxelGrid, DataReport]:
         read.sha256,
         tuple(read.notes),
         read.sequences,
+        statistics=None if read.statistics is None else read.statistics.read(),
     )
     return VoxelGrid(read.voxel_m, (length, width, height)), data
 

@@ -1,32 +1,35 @@
-"""Survey a box data set: counts by class, direction and distance, sizes, and the ground below it."""
+"""Survey a box data set: counts by class, direction and distance, sizes, the ground, and what is implausible."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.scene.boxes import CLASSES, BoxBatch, BoxSource, DataReport, Progress
-
-SECTORS = ("front", "left", "rear", "right")
-"""Quarters around the car, each 45° to both sides of its direction."""
-
-RINGS_M = (0.0, 10.0, 20.0, 30.0, 50.0, math.inf)
-"""Borders of the distances, horizontally from the car's middle to the middle of a box."""
-
-NEAR_M = 20.0
-"""Only boxes this near determine the ground: farther away the road may rise or fall."""
+from riglens.core.scene.boxes import CLASSES, BoxSource, DataReport, Progress
+from riglens.core.scene.statistics import (
+    HEIGHT_STEPS,
+    LOWEST_M,
+    NEAR_M,
+    RINGS_M,
+    SECTORS,
+    SIZE_STEPS,
+    STEP_M,
+    BoxStatistics,
+)
 
 BARE_SHARE = 0.01
 FEWEST_BOXES = 20
 LARGEST_SPREAD_M = 0.5
-_STEP_M = 0.01
+GROUND_IS_RIGHT_M = 0.2
+"""Bottoms of labelled boxes are rarely nearer to the road than that; the ROI starts at z = 0."""
 _PEAK_WIDTH_M, _PEAK_SHARE, _PEAK_BOXES, _VALLEY_SHARE = 0.05, 0.2, 3.0, 0.6
 """A second height: a fifth as many bottoms as at the first, smoothed by this width, and fewer of them in between."""
-_HEIGHT_RANGE_M = 20.0
-_SIZE_RANGE_M = 40.0
 
 
 @dataclass(frozen=True)
@@ -74,11 +77,31 @@ class Survey:
     """Counts (class, sector, ring), median sizes (class, length width height) in metres, NaN without boxes."""
 
     data: DataReport
+    statistics: BoxStatistics
     counts: NDArray[np.int64]
     sizes_m: NDArray[np.float64]
-    frames_with_boxes: int
-    most_in_a_frame: int
     ground: Ground | None
+
+    @classmethod
+    def of(cls, data: DataReport) -> Self | None:
+        """Return the survey of data that were read; None without statistics of them."""
+        known = data.statistics
+        if known is None:
+            return None
+        counts = _dense(known.placed, (len(CLASSES), len(SECTORS), len(RINGS_M) - 1))
+        edges = _dense(known.sizes, (len(CLASSES), 3, SIZE_STEPS))
+        sizes_m = np.array([[_quantile(edge, 0.0, 0.5) for edge in one] for one in edges])
+        return cls(data, known, counts, sizes_m, _ground(_dense(known.bottoms, (len(CLASSES), HEIGHT_STEPS))))
+
+    @property
+    def frames_with_boxes(self) -> int:
+        """Number of frames with boxes."""
+        return self.statistics.frames
+
+    @property
+    def most_in_a_frame(self) -> int:
+        """Most boxes in one frame."""
+        return self.statistics.most
 
     @property
     def boxes_per_frame(self) -> float:
@@ -92,88 +115,107 @@ class Survey:
         return {name: count for name, count in boxes.items() if count < few}
 
 
-class _Histogram:
-    """Counts of values in steps of a centimetre, for quantiles with flat memory; values beyond the ends count there."""
-
-    def __init__(self, low_m: float, high_m: float) -> None:
-        self._low_m = low_m
-        self._counts = np.zeros(round((high_m - low_m) / _STEP_M), np.int64)
-
-    def add(self, values_m: NDArray[np.float64]) -> None:
-        places = np.floor((values_m - self._low_m) / _STEP_M)
-        places = np.clip(places, 0, self._counts.size - 1).astype(np.int64)
-        self._counts += np.bincount(places, minlength=self._counts.size)
-
-    @property
-    def total(self) -> int:
-        return int(self._counts.sum())
-
-    def quantile(self, share: float) -> float:
-        """Return the middle of the step in which the quantile lies; NaN without values."""
-        if not self.total:
-            return math.nan
-        place = np.searchsorted(np.cumsum(self._counts), share * self.total)
-        return round(float(self._low_m + (place + 0.5) * _STEP_M), 3)
-
-    def peaks(self) -> tuple[float, ...]:
-        """Return where the values crowd, lowest first: maxima with a clear gap between them."""
-        reach = np.arange(-4 * _PEAK_WIDTH_M, 4 * _PEAK_WIDTH_M + _STEP_M / 2, _STEP_M)
-        heights = np.convolve(self._counts, np.exp(-0.5 * (reach / _PEAK_WIDTH_M) ** 2), mode="same")
-        least = max(_PEAK_BOXES, _PEAK_SHARE * float(heights.max()))
-        kept: list[int] = []
-        for place in np.flatnonzero(heights >= least).tolist():
-            gap = heights[kept[-1] : place + 1].min() if kept else 0.0
-            if not kept or gap <= _VALLEY_SHARE * min(heights[kept[-1]], heights[place]):
-                kept.append(place)
-            elif heights[place] > heights[kept[-1]]:
-                kept[-1] = place
-        return tuple(round(self._low_m + (place + 0.5) * _STEP_M, 2) for place in kept)
-
-
-class _Tally:
-    """Counters that are filled while the boxes stream by."""
-
-    def __init__(self) -> None:
-        self.counts = np.zeros((len(CLASSES), len(SECTORS), len(RINGS_M) - 1), np.int64)
-        self.sizes = [[_Histogram(0.0, _SIZE_RANGE_M) for _ in range(3)] for _ in CLASSES]
-        self.bottoms = [_Histogram(-_HEIGHT_RANGE_M, _HEIGHT_RANGE_M) for _ in CLASSES]
-        self.frames, self.most = 0, 0
-
-    def add(self, batch: BoxBatch) -> None:
-        if not batch.frame.size:
-            return
-        per_frame = np.unique(batch.frame, return_counts=True)[1]
-        self.frames += per_frame.size
-        self.most = max(self.most, int(per_frame.max()))
-        x, y = batch.centre_m[:, 0], batch.centre_m[:, 1]
-        sector = np.floor((np.arctan2(y, x) + math.pi / 4) / (math.pi / 2)).astype(np.int64) % len(SECTORS)
-        distance = np.hypot(x, y)
-        ring = np.searchsorted(RINGS_M, distance, side="right") - 1
-        np.add.at(self.counts, (batch.cls, sector, ring), 1)
-        bottom = batch.centre_m[:, 2] - batch.rotation[:, 2, 2] * batch.size_m[:, 2] / 2
-        for cls in range(len(CLASSES)):
-            rows = batch.cls == cls
-            for axis in range(3):
-                self.sizes[cls][axis].add(batch.size_m[rows, axis])
-            self.bottoms[cls].add(bottom[rows & (distance <= NEAR_M)])
-
-
 def survey(source: BoxSource, progress: Progress | None = None) -> Survey:
     """Read a data set once and count; memory does not grow with it. InputError on bad input."""
-    tally = _Tally()
-    for batch in source.batches(progress):
-        tally.add(batch)
-    sizes = np.array([[edge.quantile(0.5) for edge in edges] for edges in tally.sizes])
-    return Survey(source.report(), tally.counts, sizes, tally.frames, tally.most, _ground(tally.bottoms))
+    for _ in source.batches(progress):
+        pass
+    found = Survey.of(source.report())
+    assert found is not None
+    return found
 
 
-def _ground(bottoms: list[_Histogram]) -> Ground | None:
-    """Return the ground from the first class with enough nearby boxes: cars are on the road, people also on kerbs and
-    stairs."""
-    classes = list(zip(CLASSES, bottoms, strict=True))
-    enough = [pair for pair in classes if pair[1].total >= FEWEST_BOXES]
-    name, heights = enough[0] if enough else max(classes, key=lambda pair: pair[1].total)
-    if not heights.total:
+# ---------------------------------------------------------------- what is implausible
+
+Advice = Callable[[str, object], str]
+"""Words of a front end for a field with a value, such as `--origin 0 0 1.73`."""
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """An implausible fact about box data, and values of fields any of which may mend it; nothing is mended unasked."""
+
+    fact: str
+    remedies: Mapping[str, object] = field(default_factory=dict)
+
+    def sentence(self, advice: Advice) -> str:
+        """Return fact and remedies in the words of a front end."""
+        said = " or ".join(advice(name, value) for name, value in self.remedies.items())
+        return f"{self.fact}: use {said}" if said else self.fact
+
+
+def _off_the_ground(found: Survey) -> Doubt | None:
+    """Doubt that the ground is at z = 0, where the region and every mount begin, unless the format says so."""
+    ground, known = found.ground, found.statistics
+    if ground is None or known.is_origin_known or not ground.is_certain:
         return None
-    between = heights.quantile(0.25), heights.quantile(0.75)
-    return Ground(heights.quantile(0.5), between, heights.total, name, heights.peaks())
+    if abs(ground.height_m) <= GROUND_IS_RIGHT_M:
+        return None
+    remedies: dict[str, object] = {"find_ground": True}
+    if known.origin_m is not None:
+        x, y, z = known.origin_m
+        remedies["origin_m"] = (x, y, float(f"{z + ground.lift_m:.4g}"))
+    return Doubt(f"the ground is not at z = 0 but at {ground.height_m:.2f} m", remedies)
+
+
+CHECKS: tuple[Callable[[Survey], Doubt | None], ...] = (_off_the_ground,)
+"""Checks of plausibility; a new one is a function and its place here."""
+
+
+def doubts(data: DataReport) -> list[Doubt]:
+    """Return what is implausible about data: every front end shows it wherever it shows figures of them."""
+    found = Survey.of(data)
+    return [] if found is None else [doubt for check in CHECKS if (doubt := check(found)) is not None]
+
+
+def doubtful(data: DataReport, advice: Advice) -> list[str]:
+    """Return a line for each doubt, with the name of the data and remedies in the words of a front end."""
+    return [f"{data.short_source}: {doubt.sentence(advice)}" for doubt in doubts(data)]
+
+
+def notes_on(data: DataReport) -> list[str]:
+    """Return how data were read, and what is implausible about them, for documents."""
+    return [*data.notes, *(doubt.fact for doubt in doubts(data))]
+
+
+# ---------------------------------------------------------------- from tallies
+
+
+def _dense(tally: Counter[int], shape: tuple[int, ...]) -> NDArray[np.int64]:
+    found = np.zeros(shape, np.int64)
+    found.ravel()[list(tally.keys())] = list(tally.values())
+    return found
+
+
+def _quantile(counts: NDArray[np.int64], low_m: float, share: float) -> float:
+    """Return the middle of the step in which the quantile lies; NaN without values."""
+    if not (total := int(counts.sum())):
+        return math.nan
+    return round(float(low_m + (np.searchsorted(np.cumsum(counts), share * total) + 0.5) * STEP_M), 3)
+
+
+def _peaks(counts: NDArray[np.int64]) -> tuple[float, ...]:
+    """Return the heights around which bottoms crowd, lowest first: maxima with a clear gap between them."""
+    reach = np.arange(-4 * _PEAK_WIDTH_M, 4 * _PEAK_WIDTH_M + STEP_M / 2, STEP_M)
+    heights = np.convolve(counts, np.exp(-0.5 * (reach / _PEAK_WIDTH_M) ** 2), mode="same")
+    least = max(_PEAK_BOXES, _PEAK_SHARE * float(heights.max()))
+    kept: list[int] = []
+    for place in np.flatnonzero(heights >= least).tolist():
+        gap = heights[kept[-1] : place + 1].min() if kept else 0.0
+        if not kept or gap <= _VALLEY_SHARE * min(heights[kept[-1]], heights[place]):
+            kept.append(place)
+        elif heights[place] > heights[kept[-1]]:
+            kept[-1] = place
+    return tuple(round(LOWEST_M + (place + 0.5) * STEP_M, 2) for place in kept)
+
+
+def _ground(bottoms: NDArray[np.int64]) -> Ground | None:
+    """Return the ground from the first class with enough nearby boxes: cars are on the road, people also on kerbs and
+    stairs. bottoms (class, step)."""
+    totals = bottoms.sum(axis=1)
+    enough = np.flatnonzero(totals >= FEWEST_BOXES)
+    place = int(enough[0] if enough.size else totals.argmax())
+    heights = bottoms[place]
+    if not totals[place]:
+        return None
+    low, middle, high = (_quantile(heights, LOWEST_M, share) for share in (0.25, 0.5, 0.75))
+    return Ground(middle, (low, high), int(totals[place]), CLASSES[place], _peaks(heights))

@@ -1,65 +1,18 @@
-"""Define the base of all sensors: frozen, validated fields, a name, a pose and a range."""
+"""Define the base of all sensors: a name, a pose, a range and blocked sectors."""
 
 from __future__ import annotations
 
-import difflib
 import math
 from abc import abstractmethod
-from typing import TYPE_CHECKING, Annotated, Any, Self, TypeVar, get_origin
+from typing import Annotated, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, model_validator
-from pydantic_core import PydanticCustomError
+from pydantic import Field, model_validator
 
 from riglens.core.geometry import Pose
-
-if TYPE_CHECKING:
-    from riglens.core.sensors.scan import RayTable
-
-
-class Frozen(BaseModel):
-    """Immutable, strict, no unknown keys; fields are addressed by the names of the YAML file."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, populate_by_name=True)
-
-    @model_validator(mode="before")
-    @classmethod
-    def _known_fields(cls, data: Any) -> Any:
-        """Refuse a field that does not exist with the name of the nearest one, which pydantic's own check lacks.
-
-        Lists and arrays become tuples, where a field is no list itself, and numbers of numpy those of Python.
-        """
-        fields = cls.model_fields
-        for key in data if isinstance(data, dict) else ():
-            if key not in fields:
-                known = [str(info.alias or name) for name, info in fields.items()]
-                if key not in known:
-                    raise _unknown_field(str(key), known)
-        if not isinstance(data, dict):
-            return data
-        kept = {name for name, info in fields.items() if get_origin(info.annotation) is list}
-        return {key: value if key in kept else _plain(value) for key, value in data.items()}
-
-    def replace(self, **changes: object) -> Self:
-        """Return a validated copy with some fields changed; raise pydantic's ValidationError where one does not fit."""
-        fields = {name: getattr(self, name) for name in type(self).model_fields}
-        return type(self)(**(fields | changes))
-
-
-def _plain(value: Any) -> Any:
-    if hasattr(value, "tolist"):
-        value = value.tolist()
-    return tuple(_plain(one) for one in value) if isinstance(value, list) else value
-
-
-def _unknown_field(field: str, known: list[str]) -> PydanticCustomError:
-    close = difflib.get_close_matches(field, known, n=1)
-    hint = f" (did you mean '{close[0]}'?)" if close else f"; known are {', '.join(known)}"
-    return PydanticCustomError(
-        "unknown_field", "'{field}' is not a known field{hint}", {"field": field, "hint": hint}
-    )
-
+from riglens.core.plain import Degrees, Frozen
+from riglens.core.sensors.scan import RayTable
 
 Doubles = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -117,14 +70,9 @@ MAX_GROUPS = 16
 """Of a sensor: brackets, control units, cables, windows with which it fails."""
 MAX_BLOCKED = 8
 MAX_RAYS_PER_SENSOR = 1 << 26
-MAX_LISTED_RAYS = 1 << 23
-"""Rays that do not form a table of rows and columns (lens distortion, azimuth offsets) are stored one by one."""
-
 Metres = Annotated[float, Field(allow_inf_nan=False, ge=-1e7, le=1e7)]
 Positive = Annotated[float, Field(allow_inf_nan=False, gt=0.0)]
 Length = Annotated[float, Field(allow_inf_nan=False, ge=1e-3, le=100.0)]
-Degrees = Annotated[float, Field(allow_inf_nan=False, ge=-1e6, le=1e6)]
-"""Thousands of turns, and still exact to 1e-10 degrees."""
 Name = Annotated[str, Field(min_length=1, max_length=200)]
 Position = tuple[Metres, Metres, Metres]
 Angles3 = tuple[Degrees, Degrees, Degrees]

@@ -16,9 +16,9 @@ from pydantic.config import JsonDict
 
 from riglens.core.kernels.runtime import codes
 from riglens.core.sensors import lens
-from riglens.core.sensors.base import MAX_LISTED_RAYS, Sensor
+from riglens.core.sensors.base import Sensor
 from riglens.core.sensors.kind import HitMeasure, Occlusion, Placement, SensorKind
-from riglens.core.sensors.lattice import Lattice
+from riglens.core.sensors.lattice import MAX_LISTED_RAYS, Lattice
 from riglens.core.sensors.lens import Distortion
 from riglens.core.sensors.mounting import outwards_rpy_deg
 

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from riglens.core.kernels.runtime import codes
 
 Ids = NDArray[np.int64]
+MAX_LISTED_RAYS = 1 << 23
+"""Rays that do not form a table of rows and columns (lens distortion, azimuth offsets) are stored one by one."""
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from riglens.core.sensors.base import Frozen
+from riglens.core.plain import Frozen
 
 Coefficient = Annotated[float, Field(allow_inf_nan=False, ge=-1e9, le=1e9)]
 

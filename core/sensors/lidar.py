@@ -12,9 +12,10 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from riglens.core.kernels.runtime import codes
-from riglens.core.sensors.base import MAX_LISTED_RAYS, MAX_RAYS_PER_SENSOR, Frozen, Sensor
+from riglens.core.plain import Frozen
+from riglens.core.sensors.base import MAX_RAYS_PER_SENSOR, Sensor
 from riglens.core.sensors.kind import HitMeasure, Occlusion, Placement, SensorKind
-from riglens.core.sensors.lattice import Ids, Lattice
+from riglens.core.sensors.lattice import MAX_LISTED_RAYS, Ids, Lattice
 from riglens.core.sensors.mounting import upright_rpy_deg
 from riglens.core.sensors.scan import Azimuth, Elevation, Pattern, RayTable
 
@@ -158,17 +159,17 @@ class Lidar(Sensor):
         turn = self.azimuths_deg
         if self.rays is None and isinstance(turn, LinearAngles):
             return turn.from_, turn.to
-        listed = self.azimuths() if self.rays is None else self.rays.shots().azimuth_deg
+        listed = self.azimuths() if self.rays is None else self.rays.ray_rows().azimuth_deg
         return float(listed.min()), float(listed.max())
 
 
 @lru_cache(maxsize=16)
 def _raster(rays: Pattern) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return elevations and azimuths of an even raster of about as many rays as a pattern over its field of view."""
-    shots = rays.shots()
-    low, right = float(shots.elevation_deg.min()), float(shots.azimuth_deg.min())
-    high, wide = float(shots.elevation_deg.max()) - low, float(shots.azimuth_deg.max()) - right
-    count = shots.time_s.size
+    listed = rays.ray_rows()
+    low, right = float(listed.elevation_deg.min()), float(listed.azimuth_deg.min())
+    high, wide = float(listed.elevation_deg.max()) - low, float(listed.azimuth_deg.max()) - right
+    count = listed.time_s.size
     rows = min(max(1, round(math.sqrt(count * high / max(wide, 1e-9)))), count) if high > 0.0 else 1
     columns = max(1, count // rows)
     return np.linspace(low, low + high, rows), np.linspace(right, right + wide, columns)
@@ -189,8 +190,8 @@ def lattice(lidar: Lidar) -> Lattice | None:
 def directions(lidar: Lidar, rays: Ids) -> NDArray[np.float64]:
     """Return directions in the sensor frame of rays by number, beam * azimuths + azimuth, (n, 3)."""
     if lidar.rays is not None:
-        shots = lidar.rays.shots()
-        elevation, azimuth = np.radians(shots.elevation_deg[rays]), np.radians(shots.azimuth_deg[rays])
+        rows = lidar.rays.ray_rows()
+        elevation, azimuth = np.radians(rows.elevation_deg[rays]), np.radians(rows.azimuth_deg[rays])
     elif lidar.azimuth_offsets_deg is None:
         return beam_lattice(lidar).directions(rays)
     else:
@@ -235,7 +236,7 @@ def _pattern(rays: Pattern) -> str:
 def _gaps(angles_deg: NDArray[np.float64]) -> str:
     """Describe the distance between neighbouring angles, or its smallest and largest value."""
     if len(angles_deg) < 2:
-        return "–"
+        return "—"
     gaps = np.diff(np.sort(angles_deg))
     low, high = f"{gaps.min():.3g}", f"{gaps.max():.3g}"
     return f"{low}°" if low == high else f"{low}–{high}°"

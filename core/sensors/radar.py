@@ -24,7 +24,7 @@ MAX_SCANS = 4
 _CLASSES = ("car", "bicycle", "pedestrian")
 
 
-class Scan(Sector):
+class RadarScan(Sector):
     """One scan: its sector, its range for the reference cross section, and what it tells apart."""
 
     range_m: Annotated[Reach, Field(title="Range", description="for the reference cross section")]
@@ -46,7 +46,7 @@ class Radar(Sectored):
     """
 
     kind: Literal["radar"] = "radar"
-    scans: Annotated[tuple[Scan, ...], Field(min_length=1, max_length=MAX_SCANS)]
+    scans: Annotated[tuple[RadarScan, ...], Field(min_length=1, max_length=MAX_SCANS)]
     cross_sections_dbsm: Annotated[
         tuple[Dbsm, Dbsm, Dbsm],
         Field(title="Cross sections", description="car, bicycle, pedestrian; in dBsm"),
@@ -61,7 +61,7 @@ class Radar(Sectored):
         return super().mirrored().model_copy(update={"scans": tuple(scan.mirrored() for scan in self.scans)})
 
     @property
-    def sectors(self) -> tuple[Scan, ...]:
+    def sectors(self) -> tuple[RadarScan, ...]:
         """The scans."""
         return self.scans
 

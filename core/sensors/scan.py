@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Discriminator, Field, PrivateAttr, Tag, ValidationInfo, model_validator
 
-from riglens.core.sensors.base import MAX_LISTED_RAYS, Degrees, Frozen
+from riglens.core.plain import Degrees, Frozen
+from riglens.core.sensors.lattice import MAX_LISTED_RAYS
 
 Doubles = NDArray[np.float64]
 MAX_SWINGS, MAX_LASERS = 8, 256
@@ -23,7 +24,7 @@ Seconds = Annotated[float, Field(gt=0.0, le=LONGEST_S)]
 
 
 @dataclass(frozen=True)
-class Shots:
+class RayRows:
     """Rays in the order of the lattice, (n,) each: angles in the sensor frame in degrees, and times in seconds, zero
     where a table has none. sha256: of the file that they come from."""
 
@@ -100,13 +101,13 @@ class Scan(Frozen):
         """Number of rays; each laser has as many."""
         return int(self.points_per_s * self.integration_s / self.rows + 1e-9) * self.rows
 
-    def shots(self) -> Shots:
+    def ray_rows(self) -> RayRows:
         """Return the rays, laser by laser."""
-        return _shots(self)
+        return _ray_rows(self)
 
 
 @lru_cache(maxsize=16)
-def _shots(scan: Scan) -> Shots:
+def _ray_rows(scan: Scan) -> RayRows:
     lasers = scan.rows
     shot, laser = np.arange(scan.ray_count // lasers), np.arange(lasers)
     time_s = (shot * lasers + laser[:, None]).ravel() / scan.points_per_s
@@ -114,7 +115,7 @@ def _shots(scan: Scan) -> Shots:
     for swing in scan.swings:
         across, up = swing.added(time_s)
         azimuth, elevation = azimuth + across, elevation + up
-    return Shots(within_half_a_turn(azimuth), elevation, time_s)
+    return RayRows(within_half_a_turn(azimuth), elevation, time_s)
 
 
 def within_half_a_turn(azimuth_deg: Doubles) -> Doubles:
@@ -123,7 +124,7 @@ def within_half_a_turn(azimuth_deg: Doubles) -> Doubles:
     return np.where(beyond, 180.0 - np.mod(180.0 - azimuth_deg, 360.0), azimuth_deg)
 
 
-Reader = Callable[[str], Shots]
+Reader = Callable[[str], RayRows]
 """From the name of a file, as a rig gives it, to its rays; raise ValueError where it cannot be read."""
 READER = "rays"
 """Key of the `Reader` in pydantic's context."""
@@ -137,12 +138,12 @@ class RayTable(Frozen):
         Seconds | None,
         Field(title="Integration", description="rays fired within this time; without it all of the file"),
     ] = None
-    _every: Shots = PrivateAttr()
-    _shots: Shots = PrivateAttr()
+    _every: RayRows = PrivateAttr()
+    _ray_rows: RayRows = PrivateAttr()
 
     @model_validator(mode="after")
     def _read(self, info: ValidationInfo) -> Self:
-        if "_shots" in (self.__pydantic_private__ or {}):  # a part of a sensor that is validated again
+        if "_ray_rows" in (self.__pydantic_private__ or {}):  # a part of a sensor that is validated again
             return self
         reader: Reader | None = (info.context or {}).get(READER)
         if reader is None:
@@ -155,7 +156,7 @@ class RayTable(Frozen):
                 f" (got {np.count_nonzero(early)})"
             )
         columns = (every.azimuth_deg[early], every.elevation_deg[early], every.time_s[early])
-        self._every, self._shots = every, Shots(*columns, every.sha256)
+        self._every, self._ray_rows = every, RayRows(*columns, every.sha256)
         return self
 
     def replace(self, **changes: object) -> Self:
@@ -163,7 +164,7 @@ class RayTable(Frozen):
         fields = {name: getattr(self, name) for name in type(self).model_fields} | changes
         return type(self).model_validate(fields, context={READER: self.read_again})
 
-    def read_again(self, file: str) -> Shots:
+    def read_again(self, file: str) -> RayRows:
         """Return the rays of the file as they have been read; raise ValueError for another file."""
         if file != self.file:
             raise ValueError(f"file {file!r:.60} has not been read")
@@ -177,11 +178,11 @@ class RayTable(Frozen):
     @property
     def ray_count(self) -> int:
         """Number of rays."""
-        return self._shots.time_s.size
+        return self._ray_rows.time_s.size
 
-    def shots(self) -> Shots:
+    def ray_rows(self) -> RayRows:
         """Return the rays in the order of the file."""
-        return self._shots
+        return self._ray_rows
 
 
 def _way(value: Any) -> str:

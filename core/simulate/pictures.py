@@ -96,7 +96,10 @@ class Cameras:
         rows, columns = beams.row_of.size, beams.columns
         if (rows, columns) not in self._canvases:
             self._canvases[rows, columns] = canvas_for(beams)
-        alone, seen = np.zeros(len(world.boxes.centres), np.int64), np.zeros((world.looks.users, 5), np.int64)
+        alone, seen = (
+            np.zeros(len(world.boxes.centres), np.int64),
+            np.zeros((world.reflectivity.users, 5), np.int64),
+        )
         image = kernel.Image(
             np.empty((rows, columns), np.int32),
             np.empty((rows, columns), np.float32),
@@ -134,7 +137,7 @@ def _beams(camera: Camera, body: Solid | None, is_native: bool) -> Beams:
 
 def _paint(world: World, rng: np.random.Generator) -> kernel.Paint:
     """Return the colours of a frame's objects, the same for every camera."""
-    cls = world.boxes.cls[: world.looks.users]
+    cls = world.boxes.cls[: world.reflectivity.users]
     draws = rng.integers(0, 1 << 30, len(world.boxes.cls))
     colours = [
         _USERS[one][draw % len(_USERS[one])] for one, draw in zip(cls.tolist(), draws.tolist(), strict=False)
@@ -143,4 +146,4 @@ def _paint(world: World, rng: np.random.Generator) -> kernel.Paint:
     boxes = np.array(colours, np.float64).reshape(-1, 3)
     boxes *= rng.uniform(1.0 - _VARIED, 1.0 + _VARIED, (len(boxes), 1))
     plain = {name: np.array(colour, np.float64) for name, colour in _PLAIN.items()}
-    return kernel.Paint(world.looks.users, boxes, **plain)
+    return kernel.Paint(world.reflectivity.users, boxes, **plain)

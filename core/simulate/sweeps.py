@@ -66,7 +66,7 @@ class Sweep:
 
 class _Source(NamedTuple):
     """A LiDAR ready to be cast: its rays, keys of its draws (returns, noise, losses), and the range law, see
-    `kernels.objects.sweeps.Chances`."""
+    `kernels.objects.sweeps.DrawKeys`."""
 
     lidar: Lidar
     beams: Beams
@@ -77,7 +77,7 @@ class _Source(NamedTuple):
         """Return when rays (n,) are fired."""
         if self.lidar.rays is None:
             return np.zeros(ray.size, np.float32)
-        return self.lidar.rays.shots().time_s[ray].astype(np.float32)
+        return self.lidar.rays.ray_rows().time_s[ray].astype(np.float32)
 
 
 class Simulator:
@@ -108,7 +108,7 @@ class Simulator:
         then = self.worlds.before(frame, ago) if ago else None
         if then is not None:
             world = earlier(world, then)
-        users, boxes = world.looks.users, len(world.boxes.centres)
+        users, boxes = world.reflectivity.users, len(world.boxes.centres)
         reached, alone = np.zeros(users, np.int64), np.zeros(boxes, np.int64)
         points, intensity, rays, what = self._columns
         sensor = [np.zeros(0, np.int16)]
@@ -137,12 +137,12 @@ class Simulator:
     ) -> int:
         settings, now = self._settings, np.array([counter])
         returns, noise, losses = (mixed(key, now)[0] for key in source.keys)
-        draws = kernel.Chances(returns, noise, losses, settings.noise_m, settings.dropout, source.law)
+        draws = kernel.DrawKeys(returns, noise, losses, settings.noise_m, settings.dropout, source.law)
         phase = phases_rad(source.lidar, settings.targets(), now)[0]
         beams = source.beams
         canvas = self._canvases[beams.row_of.size, beams.columns]
         return kernel.cast_sweep(
-            world.boxes, world.looks, world.surface, beams, phase, draws, canvas, alone, to
+            world.boxes, world.reflectivity, world.surface, beams, phase, draws, canvas, alone, to
         )
 
 

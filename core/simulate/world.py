@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.kernels.objects.box_frames import Traffic as Boxes
-from riglens.core.kernels.objects.sweeps import Looks, Surface
+from riglens.core.kernels.objects.box_frames import FrameBoxes
+from riglens.core.kernels.objects.sweeps import Reflectivity, Surface
 from riglens.core.simulate.clutter import KINDS, Clutter, Footprints, scattered
 from riglens.core.simulate.motion import SWEEP_S, Before, Motion, before
 from riglens.core.simulate.settings import USUAL_SIMULATION, SimulationSettings
@@ -55,8 +55,8 @@ class World(NamedTuple):
     """Frame for the kernels: `boxes`, objects first; their reflection; the ground; `kind` (n,) of each box beyond the
     objects: index into KINDS, -1 for given occluders."""
 
-    boxes: Boxes
-    looks: Looks
+    boxes: FrameBoxes
+    reflectivity: Reflectivity
     surface: Surface
     kind: NDArray[np.int64]
 
@@ -106,7 +106,7 @@ class Worlds:
         stands = _standing(clutter, surface)
         t, number = self.traffic, given.stop - given.start + len(clutter.kind)
         shape = kind_numbers(self.settings.shape, t.cls[given], t.size_m[given])
-        boxes = Boxes(
+        boxes = FrameBoxes(
             np.array([0, number]),
             np.concatenate([t.centre_m[given], stands]),
             np.concatenate([t.size_m[given], clutter.size_m]) / 2.0,
@@ -118,7 +118,9 @@ class Worlds:
         )
         bright = rng.uniform(*BRIGHT, number)
         kind = np.concatenate([np.full(given.stop - users.stop, -1), clutter.kind])
-        return World(boxes, Looks(users.stop - users.start, _SOFT_M, bright, ROAD_BRIGHT), surface, kind)
+        return World(
+            boxes, Reflectivity(users.stop - users.start, _SOFT_M, bright, ROAD_BRIGHT), surface, kind
+        )
 
     def _places(self, frame: int) -> tuple[slice, slice]:
         """Return the slice of a frame's boxes, and that of the objects, which come first among them."""

@@ -2,8 +2,9 @@
 
 Each experiment states the ratio of average precision with a reduced LiDAR to that with the whole one, on the same
 recording. A figure passes where its own ratio, on boxes of that recording, differs by TOLERANCE at most: this was fixed
-before the first run. Experiments whose detector was trained on the reduced data are the test; the others,
-where a detector meets data that it was not trained on or where many sweeps are added up, bound what it says.
+before the first run. All figures count the same objects, those of `Experiment.region`. Experiments whose detector was
+trained on the reduced data are the test; the others, where a detector meets data that it was not trained on or where
+many sweeps are added up, bound what it says.
 """
 
 from __future__ import annotations
@@ -17,10 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.engine.engine import Engine
+from riglens.core.figures.hits import ON_TARGET, SHARE_1, SHARE_5
+from riglens.core.figures.objects import parts_by_class
+from riglens.core.figures.predicted import PREDICTED
 from riglens.core.metric.scores import PAPER_SETTINGS
 from riglens.core.rig.model import Lidar, LinearAngles, Rig
 from riglens.core.rig.presets import preset
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.targets.calibration import shipped
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import Traffic
@@ -41,7 +46,7 @@ FIGURES = {
 }
 """Figures compared, by name; the last is a baseline."""
 WITHIN_M: dict[Recording, float] = {"nuscenes": 50.0, "kitti": 60.0}
-"""Distance from the car up to which objects count: about the ranges of the benchmarks."""
+"""Distance from the car up to which objects count, for every figure: about the ranges of the benchmarks."""
 _RIGS: dict[Recording, str] = {"nuscenes": "nuScenes car", "kitti": "KITTI car"}
 _CLASSES: dict[Recording, tuple[str, ...]] = {"nuscenes": CLASSES, "kitti": ("car",)}
 
@@ -71,6 +76,13 @@ class Experiment:
     def group(self) -> str:
         """Return its group, one of GROUPS."""
         return GROUPS[2] if self.sweeps > 1 else GROUPS[0] if self.is_retrained else GROUPS[1]
+
+    @property
+    def region(self) -> str:
+        """The objects that count, in words."""
+        classes = _CLASSES[self.recording]
+        who = "all" if classes == CLASSES else ", ".join(f"{name}s" for name in classes)
+        return f"{who} within {WITHIN_M[self.recording]:g} m"
 
     @property
     def published(self) -> float:
@@ -186,7 +198,7 @@ EXPERIMENTS = (
 
 
 @dataclass(frozen=True)
-class Outcome:
+class ExperimentRatios:
     """The published ratio of an experiment, and the ratios of the figures (by name)."""
 
     experiment: Experiment
@@ -208,7 +220,7 @@ def outcomes(
     engine: Engine,
     frames: int,
     tell: Callable[[float], None] = lambda share: None,
-) -> list[Outcome]:
+) -> list[ExperimentRatios]:
     """Compute the figures of the experiments on a recording, on the objects of `frames` frames of some boxes."""
     targets = TargetEngine(traffic.within(WITHIN_M[recording]))
     mine = [one for one in EXPERIMENTS if one.recording == recording]
@@ -219,7 +231,7 @@ def outcomes(
             whole[one.sweeps] = _figures(one.whole(), recording, targets, engine, frames)
         reduced = _figures(one.rig(), recording, targets, engine, frames)
         ratios = {name: reduced[name] / whole[one.sweeps][name] for name in FIGURES}
-        found.append(Outcome(one, traffic.data.source, ratios))
+        found.append(ExperimentRatios(one, traffic.data.source, ratios))
         tell(number / len(mine))
     return found
 
@@ -227,21 +239,26 @@ def outcomes(
 def _figures(
     rig: Rig, recording: Recording, targets: TargetEngine, engine: Engine, frames: int
 ) -> dict[str, float]:
-    """Return means over the classes of the benchmark; the car's own body as the rig defines it."""
+    """Return means over the classes of the benchmark; the car's own body as the rig defines it.
+
+    The curves of predicted AP are read beyond the rectangle that they were fitted in, since the published average
+    precision counts objects there.
+    """
     classes = _CLASSES[recording]
-    rows = targets.evaluate(rig, TargetSettings(body=None), frames).classes
-    predicted = [one.value for cls in classes if (one := rows[cls].total.predicted) is not None]
+    settings = TargetSettings(body=None, calibration=shipped().within(targets.traffic.within_m))
+    counted = targets.evaluate(rig, settings, frames)
+    of_objects = (PREDICTED, ON_TARGET, SHARE_5, SHARE_1)
+    rows = [parts_by_class(counted, of_objects)[cls].total for cls in classes]
+    predicted = [row["predicted"].value for row in rows if row["predicted"].exists]
     scored = engine.evaluate(rig, replace(PAPER_SETTINGS, body=rig.body)).scores.classes
     return {
         "predicted": float(np.mean(predicted)) if predicted else math.nan,
-        "on_target": float(np.mean([rows[cls].total.on_target.value for cls in classes])),
-        "share_5": float(np.mean([rows[cls].total.share_5.value for cls in classes])),
-        "share_1": float(np.mean([rows[cls].total.share_1.value for cls in classes])),
+        **{one.key: float(np.mean([row[one.key].value for row in rows])) for one in of_objects[1:]},
         "seen": float(np.mean([scored[cls].any_seen for cls in classes])),
         "rays": float(sum(lidar.ray_count for lidar in rig.enabled_lidars())),
     }
 
 
-def mean_error(found: Sequence[Outcome], figure: str) -> float:
+def mean_error(found: Sequence[ExperimentRatios], figure: str) -> float:
     """Return the mean of the absolute errors of a figure."""
     return float(np.mean([abs(one.error(figure)) for one in found]))

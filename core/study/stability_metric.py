@@ -98,17 +98,17 @@ def rank(
     return Ranking(s_mig, camera_weight)
 
 
-class Agreement(NamedTuple):
+class RankCorrelations(NamedTuple):
     """Rank correlations of the eight rigs' S-MS with those of a reference; None if one has no order."""
 
     tau: float | None
     rho: float | None
 
 
-def agreement(one: Ranking, other: Ranking, cls: str) -> Agreement:
+def agreement(one: Ranking, other: Ranking, cls: str) -> RankCorrelations:
     """Return Kendall's tau-b and Spearman's rho over the eight rigs."""
     mine, theirs = (list(ranking.figures("rigs", cls).values()) for ranking in (one, other))
-    return Agreement(*tau_and_rho(mine, theirs))
+    return RankCorrelations(*tau_and_rho(mine, theirs))
 
 
 def swapped(one: Ranking, other: Ranking, of: str, cls: str) -> list[tuple[str, str]]:

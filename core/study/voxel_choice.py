@@ -26,7 +26,7 @@ SEEN_BY = ("cameras", "LiDARs", "any sensor")
 
 
 @dataclass(frozen=True)
-class Tried:
+class EdgeScores:
     """One voxel edge with the scores of all rigs, as (name, scores), in the same order for every edge."""
 
     voxel_m: float
@@ -51,7 +51,7 @@ class Swap(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Rung:
+class EdgeResult:
     """One voxel edge against the finest: the largest change of a `seen` and the first swap, None without any.
 
     `agrees` is about this edge alone.
@@ -73,14 +73,14 @@ class VoxelChoice:
 
     voxel_m: float
     tolerance: float
-    rungs: tuple[Rung, ...]
+    edges: tuple[EdgeResult, ...]
     rigs: int
     left_out: tuple[tuple[float, str], ...] = ()
 
     @property
     def finest_m(self) -> float:
         """The edge that the others were compared with."""
-        return self.rungs[0].voxel_m
+        return self.edges[0].voxel_m
 
 
 def ladder_grids(
@@ -107,7 +107,9 @@ def ladder_grids(
 
 
 def choose(
-    tried: Sequence[Tried], tolerance: float = DEFAULT_TOLERANCE, left_out: tuple[tuple[float, str], ...] = ()
+    tried: Sequence[EdgeScores],
+    tolerance: float = DEFAULT_TOLERANCE,
+    left_out: tuple[tuple[float, str], ...] = (),
 ) -> VoxelChoice:
     """Return the coarsest edge that agrees with the finest, together with all edges in between.
 
@@ -115,24 +117,24 @@ def choose(
     have the same order of S-MS, for every class. Edges may come in any order; at least one is needed.
     """
     finest, *coarser = sorted(tried, key=lambda one: one.voxel_m)
-    rungs = [Rung(finest.voxel_m, None, None, True)]
-    rungs += [_compare(one, finest, tolerance) for one in coarser]
+    edges = [EdgeResult(finest.voxel_m, None, None, True)]
+    edges += [_compare(one, finest, tolerance) for one in coarser]
     picked = finest.voxel_m
-    for rung in rungs:
-        if not rung.agrees:
+    for result in edges:
+        if not result.agrees:
             break
-        picked = rung.voxel_m
-    return VoxelChoice(picked, tolerance, tuple(rungs), len(finest.scores), left_out)
+        picked = result.voxel_m
+    return VoxelChoice(picked, tolerance, tuple(edges), len(finest.scores), left_out)
 
 
-def _compare(one: Tried, finest: Tried, tolerance: float) -> Rung:
+def _compare(one: EdgeScores, finest: EdgeScores, tolerance: float) -> EdgeResult:
     change = max(_changes(one, finest), key=lambda found: found.seen, default=None)
     swap = next(_swaps(one, finest), None)
     agrees = swap is None and (change is None or change.seen <= tolerance)
-    return Rung(one.voxel_m, change, swap, agrees)
+    return EdgeResult(one.voxel_m, change, swap, agrees)
 
 
-def _changes(one: Tried, finest: Tried) -> Iterator[Change]:
+def _changes(one: EdgeScores, finest: EdgeScores) -> Iterator[Change]:
     """Return the change of each `seen`."""
     for (name, here), (_, there) in zip(one.scores, finest.scores, strict=True):
         for cls in CLASSES:
@@ -145,7 +147,7 @@ def _seen(scores: Scores, cls: str) -> tuple[float, float, float]:
     return found.camera.seen, found.lidar.seen, found.any_seen
 
 
-def _swaps(one: Tried, finest: Tried) -> Iterator[Swap]:
+def _swaps(one: EdgeScores, finest: EdgeScores) -> Iterator[Swap]:
     """Yield pairs of rigs with another order by S-MS."""
     for a, b in combinations(range(len(one.scores)), 2):
         for cls in CLASSES:
@@ -153,7 +155,7 @@ def _swaps(one: Tried, finest: Tried) -> Iterator[Swap]:
                 yield Swap(one.scores[a][0], one.scores[b][0], cls)
 
 
-def _order(tried: Tried, a: int, b: int, cls: str) -> int:
+def _order(tried: EdgeScores, a: int, b: int, cls: str) -> int:
     """Return -1, 0 or 1 as the S-MS of rig a is below, equal to or above that of rig b."""
     first, second = (tried.scores[i][1].classes[cls].s_ms for i in (a, b))
     return (first > second) - (first < second)

@@ -8,13 +8,13 @@ from typing import NamedTuple
 import numpy as np
 
 from riglens.core.errors import InputError
+from riglens.core.figures.figure import SE_FACTOR
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensors.camera import CAMERA
 from riglens.core.sensors.lidar import LIDAR
 from riglens.core.sweep.fields import RigField, value_of, with_values
 from riglens.core.sweep.rows import Sweeper
-from riglens.core.targets.quantities import SURE
 
 POINTS, FRAMES = 21, 100
 SPANS = {"m": 0.5, "°": 15.0}
@@ -54,15 +54,17 @@ def figure_of(rig: Rig, field: RigField) -> str:
 
 
 def curve(rig: Rig, field: RigField, values: Sequence[float], sweeper: Sweeper) -> Iterator[CurvePoint]:
-    """Yield a point for each value."""
+    """Yield a point for each value; raise InputError where all sensors of the field's kind are off."""
     figure, before = figure_of(rig, field), sweeper.row(rig)
+    if f"{CLASSES[0]}.{figure}" not in before:
+        raise InputError(f"{field.name}: nothing changes with it while the sensor is off; enable it")
     for value in values:
         row = sweeper.row(with_values(rig, {field: value}))
         columns = {name: f"{name}.{figure}" for name in CLASSES}
         yield CurvePoint(
             value,
             {
-                name: (row[one] - before[one], SURE * row.get(f"{one}_change_se", 0.0))
+                name: (row[one] - before[one], SE_FACTOR * row.get(f"{one}_change_se", 0.0))
                 for name, one in columns.items()
             },
         )

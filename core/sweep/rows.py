@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from riglens.core.blind.zones import BlindEngine, BlindSettings
-from riglens.core.engine.engine import Engine, Evaluation
+import numpy as np
+
 from riglens.core.engine.evaluation_json import evaluation_document, score_figures
+from riglens.core.figures.documents import object_figures_json, objects_document
+from riglens.core.figures.evaluated import BLIND_M, Evaluated, EvaluationSettings, Evaluator, Need
+from riglens.core.figures.figure import ALL
+from riglens.core.figures.registry import figures, object_figures
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import PAPER_SETTINGS, MetricSettings
 from riglens.core.review.tolerance import NOISE_FLOOR, Spread, disturbed, errors_count, unit_draws
-from riglens.core.rig.model import Rig, Vehicle
+from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.file import valid_rig_sha256
+from riglens.core.scene.boxes import CLASSES
 from riglens.core.sweep.design import Sweep
-from riglens.core.targets.engine import TargetEngine
-from riglens.core.targets.scores import Groups, TargetScores
-from riglens.core.targets.settings import TargetSettings
-from riglens.core.targets.targets_json import target_figures, targets_document
+from riglens.core.targets.settings import USUAL, TargetSettings
 from riglens.core.targets.traffic import Traffic
 
 Row = dict[str, Any]
@@ -29,7 +31,7 @@ FLOOR_DRAWS = 16
 
 
 @dataclass(frozen=True)
-class Figures:
+class SweepFigures:
     """Figures of each rig: settings of scores and of hits on objects, None to leave them out.
 
     Objects are counted in the first `frames` frames. blind_m: height of the object whose blind area is measured.
@@ -39,6 +41,12 @@ class Figures:
     targets: TargetSettings | None = None
     frames: int | None = None
     blind_m: float | None = None
+
+    @property
+    def needs(self) -> tuple[Need, ...]:
+        """What has to be evaluated."""
+        wanted: dict[Need, object] = {"voxels": self.metric, "objects": self.targets, "ground": self.blind_m}
+        return tuple(need for need, asked in wanted.items() if asked is not None)
 
 
 class Sweeper:
@@ -50,28 +58,47 @@ class Sweeper:
 
     def __init__(
         self,
-        figures: Figures,
+        wanted: SweepFigures,
         reference: Rig,
         field: EntropyField | None,
         traffic: Traffic | None,
         threads: int | None = None,
     ) -> None:
-        self._figures, self._reference, self._threads = figures, reference, threads
-        self._engine = None if field is None else Engine(field, threads)
-        self._targets = None if traffic is None else TargetEngine(traffic, threads)
-        self._blind: tuple[Vehicle, BlindEngine] | None = None
+        self._figures, self._reference = wanted, reference
+        settings = EvaluationSettings(
+            wanted.metric or PAPER_SETTINGS, wanted.targets or USUAL, blind_m=wanted.blind_m or BLIND_M
+        )
+        self._evaluate = Evaluator(field, traffic, settings, threads)
 
     def row(self, rig: Rig) -> Row:
         """Return all figures of a rig."""
+        evaluated = self._evaluated(rig)
         found: Row = {}
-        if self._engine is not None:
-            found |= _flat(score_figures(self._scored(rig)))
-        if self._targets is not None:
-            scores = self._counted(rig)
-            found |= _flat(target_figures(scores)) | dict(self._changes(scores))
-        if self._figures.blind_m is not None:
-            found["blind_m2"] = self._blind_m2(rig, self._figures.blind_m)
+        if evaluated.voxels is not None:
+            found |= _flat(score_figures(evaluated.voxels))
+        if evaluated.objects is not None:
+            found |= _flat(object_figures_json(evaluated.objects)) | dict(self._changes(evaluated))
+        for figure in figures():
+            if figure.needs == "ground" and evaluated.ground is not None:
+                found[figure.key] = figure.of(evaluated, ALL).value
         return found
+
+    def _evaluated(self, rig: Rig) -> Evaluated:
+        return self._evaluate(rig, self._figures.needs, self._figures.frames)
+
+    @cached_property
+    def _of_reference(self) -> Evaluated:
+        return self._evaluated(self._reference)
+
+    def _changes(self, evaluated: Evaluated) -> Iterator[tuple[str, float]]:
+        """Yield the changes of leading figures of objects from the reference, with their standard errors."""
+        for figure in object_figures():
+            if figure.leads and evaluated.objects is not None and self._of_reference.objects is not None:
+                cells = figure.cells(evaluated.objects, self._of_reference.objects)
+                for row, name in enumerate(CLASSES, 1):
+                    column = f"{name}.{figure.place}"
+                    yield f"{column}_change", float(np.nan_to_num(cells.change[row, 0]))
+                    yield f"{column}_change_se", float(cells.change_se[row, 0])
 
     def rows(self, sweep: Sweep) -> Iterator[Row]:
         """Yield the rows of a sweep: rig, hash and values of the fields, then the figures."""
@@ -83,59 +110,39 @@ class Sweeper:
     def inputs(self) -> dict[str, Any]:
         """Return data and settings of all rows as plain data, as in the JSON of `riglens evaluate`."""
         found: dict[str, Any] = {}
-        if self._engine is not None and self._figures.metric is not None:
-            field = self._engine.field
-            found |= evaluation_document(field, self._figures.metric, [self._scored(self._reference)])
+        voxels, objects = self._of_reference.voxels, self._of_reference.objects
+        if voxels is not None and self._figures.metric is not None:
+            field = self._evaluate.voxels.field
+            found |= evaluation_document(field, self._figures.metric, [voxels])
             found["data"]["source"] = field.data.short_source  # the same from any folder
-        if self._targets is not None:
-            traffic = self._targets.traffic
-            found["targets"] = targets_document(traffic, [self._reference_counts])
-            found["targets"]["data"]["source"] = traffic.data.short_source
+        if objects is not None:
+            found["targets"] = objects_document([objects])
+            found["targets"]["data"]["source"] = objects.traffic.data.short_source
             del found["targets"]["rigs"], found["targets"]["riglens"]
         return {name: value for name, value in found.items() if name not in ("rigs", "riglens")}
 
-    def noise_floor(self, progress: Callable[[float], None] = lambda _: None) -> Row:
+    def noise_floor(
+        self, others: Sequence[Rig] = (), progress: Callable[[float], None] = lambda _: None
+    ) -> Row:
         """Return how far each figure moves by unavoidable errors of mounts, up and down: half of its range from 5 % to
-        95 % of some draws for the reference."""
-        units, drawn = unit_draws(FLOOR_DRAWS, errors_count(self._reference), 0), list[Row]()
-        for errors in units:
-            drawn.append(self.row(disturbed(self._reference, NOISE_FLOOR, errors)[0]))
-            progress(len(drawn) / FLOOR_DRAWS)
-        found = {}
-        for name in (name for name, value in drawn[0].items() if not isinstance(value, str)):
-            spread = Spread.of(0.0, [one.get(name, 0.0) for one in drawn])
-            found[name] = (spread.p95 - spread.p05) / 2.0
+        95 % of some draws for the reference; figures that it does not have, for the first of some others that does."""
+        found = self._noise_floor(self._reference, progress)
+        for rig in others:
+            if not _numbers(self.row(rig)).keys() <= found.keys():
+                found = self._noise_floor(rig) | found
         return found
 
-    def _scored(self, rig: Rig) -> Evaluation:
-        assert self._engine is not None and self._figures.metric is not None
-        return self._engine.evaluate(rig, self._figures.metric, with_seen=False)
+    def _noise_floor(self, rig: Rig, progress: Callable[[float], None] = lambda _: None) -> Row:
+        units, drawn = unit_draws(FLOOR_DRAWS, errors_count(rig), 0), list[Row]()
+        for errors in units:
+            drawn.append(_numbers(self.row(disturbed(rig, NOISE_FLOOR, errors)[0])))
+            progress(len(drawn) / FLOOR_DRAWS)
+        spreads = {name: Spread.of(0.0, [one[name] for one in drawn]) for name in drawn[0]}
+        return {name: (spread.p95 - spread.p05) / 2.0 for name, spread in spreads.items()}
 
-    def _counted(self, rig: Rig) -> TargetScores:
-        assert self._targets is not None and self._figures.targets is not None
-        return self._targets.evaluate(rig, self._figures.targets, self._figures.frames, with_rings=False)
 
-    @cached_property
-    def _reference_counts(self) -> TargetScores:
-        return self._counted(self._reference)
-
-    @cached_property
-    def _groups(self) -> Groups:
-        assert self._targets is not None
-        return Groups(self._targets.traffic, self._reference_counts.frames_used)
-
-    def _changes(self, scores: TargetScores) -> Iterator[tuple[str, float]]:
-        """Yield the changes of hit coverage from the reference, with their standard errors."""
-        change = scores.objects.on_target - self._reference_counts.objects.on_target
-        for name, found in self._groups.means_by_class(change).items():
-            yield f"{name}.lidar.on_target_change", found.value
-            yield f"{name}.lidar.on_target_change_se", found.se
-
-    def _blind_m2(self, rig: Rig, height_m: float) -> float:
-        if self._blind is None or self._blind[0] != rig.vehicle:
-            self._blind = rig.vehicle, BlindEngine(rig.vehicle, BlindSettings(), self._threads)
-        found = self._blind[1].evaluate(rig)
-        return float(found.unseen(height_m).sum() * found.column_m2)
+def _numbers(row: Row) -> Row:
+    return {name: value for name, value in row.items() if not isinstance(value, str)}
 
 
 def _flat(figures: Mapping[str, Any], prefix: str = "") -> Row:

@@ -8,6 +8,11 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from riglens.core.figures.figure import ALL, Better
+from riglens.core.figures.registry import figures
 from riglens.core.files import atomic_write
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.sweep.rows import Row
@@ -15,6 +20,7 @@ from riglens.core.sweep.rows import Row
 if TYPE_CHECKING:
     from pyarrow import Table
 
+Doubles = NDArray[np.float64]
 HEADER = b"riglens"
 """Key of the metadata of a table."""
 GROUP_ROWS = 10_000
@@ -64,10 +70,36 @@ def document_of(table: Table) -> dict[str, Any]:
 
 
 def main_figures(table: Table) -> list[str]:
-    """Return the columns to look at first: by class, hit coverage or else coverage; and the blind area."""
-    wanted = [f"{name}.lidar.on_target" for name in CLASSES]
-    wanted = wanted if wanted[0] in table.column_names else [f"{name}.any.seen" for name in CLASSES]
-    return [name for name in (*wanted, "blind_m2") if name in table.column_names]
+    """Return the columns to look at first: the leading figures of each class that have a direction, and those of the
+    whole rig."""
+    first = [one for one in figures() if one.better != "neither" and (one.leads or not one.per_class)]
+    wanted = [one.column(who) for one in first for who in (CLASSES if one.per_class else (ALL,))]
+    return [name for name in wanted if name in table.column_names]
+
+
+def better_of(column: str) -> Better:
+    """Return the direction in which the figure of a column improves; a change improves as its figure does."""
+    name = column.removesuffix("_change")
+    for figure in figures():
+        for who in CLASSES if figure.per_class else (ALL,):
+            if name in (figure.column(who), f"{who}.{figure.place}"):
+                return figure.better
+    return "neither"
+
+
+def near_best(column: str, values: Doubles, noise: Doubles | float = 0.0) -> NDArray[np.bool_]:
+    """Return which values (n,) of a column lie within their noise of the best; none where none is better."""
+    better = better_of(column)
+    if better == "neither" or np.isnan(values).all():
+        return np.zeros(len(values), np.bool_)
+    graded = values if better == "more" else -values
+    return np.asarray(graded >= np.nanmax(graded) - noise)
+
+
+def doubles(table: Table, column: str) -> Doubles:
+    """Return a column as doubles, NaN where there is nothing."""
+    values = table[column].to_pylist()
+    return np.array([np.nan if one is None or isinstance(one, str) else one for one in values], np.float64)
 
 
 def write(table: Table, path: Path) -> None:

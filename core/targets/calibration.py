@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from riglens.assets import asset_path
-from riglens.core.rig.model import Frozen, Rig
+from riglens.core.plain import Frozen
+from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.checked import read_checked
 from riglens.core.rig.yaml.nodes import value_text
 from riglens.core.scene.boxes import CLASSES
@@ -141,6 +142,11 @@ class Calibration(Frozen):
         near = np.flatnonzero(inside)  # about half of the objects: the others cost nothing
         found[near] = _table(self.classes)[cls[near], np.minimum(n[near], MOST)]
         return found
+
+    def within(self, within_m: float) -> Calibration:
+        """Return the same curves for the objects within a distance of the car instead of those of its domain."""
+        disc = self.domain.model_copy(update={"within_m": within_m, "length_m": None, "width_m": None})
+        return self.model_copy(update={"domain": disc})
 
     @property
     def errors(self) -> Doubles:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from riglens.core.errors import IsStale
 from riglens.core.kernels.objects import counts as kernel
-from riglens.core.kernels.objects.box_frames import Traffic as Boxes
+from riglens.core.kernels.objects.box_frames import FrameBoxes
 from riglens.core.kernels.objects.unique_cells import table_mask
 from riglens.core.rig.model import Sensor
 from riglens.core.sensors.registry import kind_of
@@ -76,16 +76,16 @@ class TargetCaster:
 
     def __init__(self, traffic: Traffic, workers: int = 1) -> None:
         self._traffic, self._workers = traffic, workers
-        self._boxes: dict[Shape, Boxes] = {}
+        self._boxes: dict[Shape, FrameBoxes] = {}
         self._clearance = Clearance(traffic)
         before = np.concatenate([[0], np.cumsum(traffic.counts)])
         self._ranks, self._objects_before = np.where(traffic.counts, before[:-1], -1), before[traffic.starts]
 
-    def _boxes_of(self, shape: Shape) -> Boxes:
+    def _boxes_of(self, shape: Shape) -> FrameBoxes:
         """Return the boxes for the kernels."""
         if shape not in self._boxes:
             traffic = self._traffic
-            self._boxes[shape] = Boxes(
+            self._boxes[shape] = FrameBoxes(
                 traffic.starts, traffic.centre_m, traffic.half_m, traffic.rotation, traffic.counts, traffic.cls,
                 kind_numbers(shape, traffic.cls, traffic.size_m), *kinds_of(SHAPES),
             )  # fmt: skip

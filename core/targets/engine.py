@@ -22,8 +22,9 @@ from riglens.core.scene.boxes import CLASSES, DataReport
 from riglens.core.sensing.body_ends import Obstacle, obstacle_of
 from riglens.core.sensors.registry import kind_of
 from riglens.core.targets.contribution import Contribution, TargetCaster
+from riglens.core.targets.counts import Counted
+from riglens.core.targets.groups import Groups
 from riglens.core.targets.joining import Gatherer
-from riglens.core.targets.scores import Groups, TargetScores, scores_of
 from riglens.core.targets.settings import USUAL, TargetSettings
 from riglens.core.targets.traffic import Traffic, traffic_of
 from riglens.core.vehicle.housings import car_of
@@ -67,10 +68,8 @@ class TargetEngine:
         frames: int | range | None = None,
         stance: Pose = Pose(),
         cancel: IsStale = never_stale,
-        with_rings: bool = True,
-    ) -> TargetScores:
-        """Count for a rig in all frames, in the first N of the sampling order, or in a range of it; with figures
-        by ring of distance if requested.
+    ) -> Counted:
+        """Count for a rig in all frames, in the first N of the sampling order, or in a range of it.
 
         `stance`: how the car's body stands on the ground; the sensors are where the rig says. InputError where the body
         blocks and its mesh file has not been read.
@@ -98,8 +97,7 @@ class TargetEngine:
         objects = self._gatherer.objects(groups.every, rig, by_sensor)
         if groups.before:
             objects = objects.without_first(groups.before)
-        scores = scores_of(groups, rig, settings, objects, with_rings)
-        return replace(scores, elapsed_ms=(time.perf_counter() - started) * 1e3)
+        return Counted(rig, settings, groups, objects, (time.perf_counter() - started) * 1e3)
 
     def _span(self, frames: int | range | None) -> range:
         most = self._traffic.frames

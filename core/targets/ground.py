@@ -1,4 +1,4 @@
-"""Map a rig's figures for objects over the ground: hit coverage near each cell, and missed objects."""
+"""Spread numbers of a rig's objects over the ground around the car."""
 
 from __future__ import annotations
 
@@ -9,60 +9,71 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.targets.scores import TargetScores
-from riglens.core.targets.traffic import Traffic
+from riglens.core.targets.counts import Counted
+from riglens.core.targets.settings import NEAR_M
 
-CELL_M, NEAR_M = 1.0, 2.0
-"""Edge of a cell, and the distance within which objects belong to a cell, between centres: our choice."""
+CELL_M = 1.0
+"""Edge of a cell: our choice."""
+Doubles = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class GroundView:
-    """Cells of `cell_m` metres over the ground, index (ix, iy); `origin_m` is their lower corner. Equal only to itself.
+    """Cells of `cell_m` metres over the ground, index (ix, iy), with the objects of a class within `near_m` of each,
+    between centres of cells; `origin_m` is their lower corner. Equal only to itself.
 
-    objects (nx, ny): objects of the class near each cell, in all frames counted; on_target (nx, ny): mean of theirs,
-    NaN where there are none; missed (nx, ny): those with fewer than `min_points` points of all LiDARs.
+    is_of_class (k,): which counted objects are of the class; cell (those,): the cells that hold them, numbered row by
+    row; side: number of cells along each axis.
     """
 
+    counted: Counted
     class_name: str
-    cell_m: float
-    near_m: float
-    min_points: int
-    frames: int
-    origin_m: tuple[float, float]
-    objects: NDArray[np.int64]
-    on_target: NDArray[np.float64]
-    missed: NDArray[np.int64]
+    is_of_class: NDArray[np.bool_]
+    cell: NDArray[np.int64]
+    side: int
+    cell_m: float = CELL_M
+    near_m: float = NEAR_M
+
+    @property
+    def origin_m(self) -> tuple[float, float]:
+        """The lower corner of the first cell."""
+        return -self.side // 2 * self.cell_m, -self.side // 2 * self.cell_m
+
+    @property
+    def frames(self) -> int:
+        """Number of frames in which objects were counted."""
+        return self.counted.frames_used
+
+    def near(self, values: Doubles) -> tuple[NDArray[np.int64], Doubles]:
+        """Return how many objects with a value are near each cell, and the sum of their values, (nx, ny) each. values
+        (k,): one number for each counted object, NaN for none."""
+        mine = values[self.is_of_class]
+        there = ~np.isnan(mine)
+        cell, shape = self.cell[there], (self.side, self.side)
+        counts, sums = (
+            _near(np.bincount(cell, weights, self.side**2).reshape(shape)) for weights in (None, mine[there])
+        )
+        return counts.astype(np.int64), sums
 
     def cell_at(self, x_m: float, y_m: float) -> tuple[int, int] | None:
         """Return the cell that holds a point, None outside all of them."""
         ix, iy = (
             int(np.floor((at - low) / self.cell_m)) for at, low in zip((x_m, y_m), self.origin_m, strict=True)
         )
-        inside = 0 <= ix < self.objects.shape[0] and 0 <= iy < self.objects.shape[1]
-        return (ix, iy) if inside else None
+        return (ix, iy) if 0 <= ix < self.side and 0 <= iy < self.side else None
 
 
-def ground_view(traffic: Traffic, scores: TargetScores, class_name: str) -> GroundView:
-    """Spread a rig's figures for the objects of a class over the ground."""
-    objects = scores.objects
+def ground_view(counted: Counted, class_name: str) -> GroundView:
+    """Return the ground with the objects of a class that were counted."""
+    objects, traffic = counted.objects, counted.traffic
     mine = traffic.cls[objects.box] == CLASSES.index(class_name)
-    half = int(np.ceil(scores.within_m / CELL_M))
-    cell = np.floor(traffic.centre_m[objects.box[mine], :2] / CELL_M).astype(np.int64) + half
-    place = np.clip(cell, 0, 2 * half - 1) @ (2 * half, 1)
-    is_missed = objects.all_points[mine] < scores.settings.min_points
-    counts, missed, sums = (
-        _near(np.bincount(place, weights, (2 * half) ** 2).reshape(2 * half, 2 * half))
-        for weights in (None, is_missed, objects.on_target[mine])
-    )
-    mean = np.divide(sums, counts, out=np.full(counts.shape, np.nan), where=counts > 0)
-    return GroundView(
-        class_name, CELL_M, NEAR_M, scores.settings.min_points, scores.frames_used, (-half * CELL_M, -half * CELL_M),
-        counts.astype(np.int64), mean, missed.astype(np.int64),
-    )  # fmt: skip
+    half = int(np.ceil(counted.within_m / CELL_M))
+    place = np.floor(traffic.centre_m[objects.box[mine], :2] / CELL_M).astype(np.int64) + half
+    cell = np.clip(place, 0, 2 * half - 1) @ (2 * half, 1)
+    return GroundView(counted, class_name, mine, cell, 2 * half)
 
 
-def _near(cells: NDArray[Any]) -> NDArray[np.float64]:
+def _near(cells: NDArray[Any]) -> Doubles:
     """Return sums over all cells whose centres are within NEAR_M, always in the same order."""
     reach = int(NEAR_M / CELL_M)
     wide, found = np.pad(cells.astype(np.float64), reach), np.zeros(cells.shape)

@@ -14,7 +14,7 @@ from riglens.core.kernels.objects.counts import ALONE, CELLS, FIRST_CELL, FIRST_
 from riglens.core.rig.model import Camera, Rig
 from riglens.core.sensors.registry import further_kinds
 from riglens.core.targets.contribution import Contribution
-from riglens.core.targets.scores import ObjectCounts, Returns
+from riglens.core.targets.counts import ObjectCounts, Returns
 
 Counts = NDArray[np.int64]
 Doubles = NDArray[np.float64]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from riglens.core.errors import InputError
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensors.registry import kind_named
-from riglens.core.targets.scores import TargetScores
+from riglens.core.targets.counts import Counted
 from riglens.core.targets.traffic import Traffic
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ _EXACT = 2.0**52
 """Up to this size a double has a fraction."""
 
 
-def object_table(traffic: Traffic, scores: TargetScores) -> Table:
+def object_table(counted: Counted) -> Table:
     """Return an Arrow table with a row per object that counts in the frames used, in the order of the data.
 
     `points_NAME` rays of a LiDAR that reach it first, `pixels_NAME` native pixels of a camera that show it; `points`
@@ -30,7 +30,7 @@ def object_table(traffic: Traffic, scores: TargetScores) -> Table:
     """
     import pyarrow as pa  # takes its time
 
-    objects = scores.objects
+    traffic, objects = counted.traffic, counted.objects
     order = np.argsort(traffic.row[objects.box], kind="stable")
     columns = list(_places(traffic, objects.box[order]).items())
     counts = {name: ("points", found) for name, found in zip(objects.lidars, objects.points.T, strict=True)}
@@ -42,7 +42,7 @@ def object_table(traffic: Traffic, scores: TargetScores) -> Table:
             name: (kind.hits.label, found)
             for name, found in zip(returns.names, returns.counts.T, strict=True)
         }
-    for name in (sensor.name for sensor in scores.rig.sensors if sensor.name in counts):
+    for name in (sensor.name for sensor in counted.rig.sensors if sensor.name in counts):
         label, found = counts[name]
         columns.append((f"{label}_{name}", pa.array(found[order])))
     columns += [("points", pa.array(objects.all_points[order])), ("cells", pa.array(objects.cells[order]))]

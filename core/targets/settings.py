@@ -17,6 +17,8 @@ CELLS_SCALE = 5.0
 RING_M, RINGS_TO_M = 10.0, 100.0
 """Width of the rings; what lies beyond the second number makes one more ring."""
 HEIGHT_PX = 25
+NEAR_M = 2.0
+"""Distance within which objects belong to a cell of the ground, between centres of cells: our choice."""
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ LOW_M, TALL_M = 2.3, 3.0
 RIDDEN_M = 1.35
 """Bicycles less tall than this have no rider."""
 GLASS_PASSES, GLASS_RETURNS = 0.08, 0.2
-"""Chances of a LiDAR's ray that meets the glass of a car; all others are lost."""
+"""DrawKeys of a LiDAR's ray that meets the glass of a car; all others are lost."""
 REFLECTIVITY = (0.15, 0.15, 0.22)
 """Of car, bicycle and pedestrian; glass returns as much as a car."""
 WIDTH = 0.25
@@ -67,7 +67,7 @@ _WHOLE, _UNRIDDEN = SHAPES.index((WHOLE,)), SHAPES.index((BICYCLE,))
 
 
 class Kinds(NamedTuple):
-    """Kinds of shapes, k of them, as `kernels.objects.box_frames.Traffic` holds them."""
+    """Kinds of shapes, k of them, as `kernels.objects.box_frames.FrameBoxes` holds them."""
 
     numbers: NDArray[np.int64]
     bounds: Doubles

@@ -91,10 +91,10 @@ def problems_in_short(stands: Mapping[str, MountStatus]) -> list[str]:
 def mount_statuses(rig: Rig) -> dict[str, MountStatus]:
     """Return the mount of each sensor of a rig, by name; InputError where the mesh of a file is needed and missing."""
     solid = solid_of(rig.vehicle)
-    return {sensor.name: stand(sensor.position, solid) for sensor in rig.sensors}
+    return {sensor.name: mount_status(sensor.position, solid) for sensor in rig.sensors}
 
 
-def stand(position_m: Vec3, solid: Solid) -> MountStatus:
+def mount_status(position_m: Vec3, solid: Solid) -> MountStatus:
     """Return the mount of a sensor at a place.
 
     Meshes need neither be closed nor face outwards: a place is inside when nearly all directions above the horizon,
@@ -114,7 +114,7 @@ def stand(position_m: Vec3, solid: Solid) -> MountStatus:
 
 
 def is_inside(place: Points, solid: Solid) -> bool:
-    """Return whether a place (3,) is inside the body, as `stand` says it."""
+    """Return whether a place (3,) is inside the body, as `mount_status` says it."""
     directions = _even_directions(_DIRECTIONS)
     met = np.isfinite(_first_m(place, directions, solid))
     up, level = directions[:, 2] >= 0.0, np.abs(directions[:, 2]) <= NEAR_HORIZON

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from riglens.core.rig.model import Lidar
 from riglens.core.sensing.rays import sensor_rays
-from riglens.core.sensors.scan import Shots
+from riglens.core.sensors.scan import RayRows
 from riglens.core.vehicle.solid import Barrier, Solid
 from riglens.core.view.frames import FrameBoxes
 from riglens.core.view.hits import NOTHING, Hits, cast
@@ -53,7 +53,7 @@ def range_image(lidar: Lidar, boxes: FrameBoxes, body: Solid, max_rays: int = MA
     from riglens.core.sensing.body_ends import barrier_of  # loads the compiler: not while a window opens
 
     if lidar.rays is not None:
-        return _of_pattern(lidar, lidar.rays.shots(), boxes, barrier_of(lidar, body), max_rays)
+        return _of_pattern(lidar, lidar.rays.ray_rows(), boxes, barrier_of(lidar, body), max_rays)
     elevations, azimuths = lidar.elevations(), wrapped_deg(lidar.azimuths())
     step_beam, step_azimuth = _steps(len(elevations), len(azimuths), max_rays)
     beams = np.argsort(-elevations, kind="stable")[::step_beam]
@@ -78,15 +78,15 @@ def _counts(hits: Hits) -> tuple[int, int]:
     return int(np.count_nonzero(np.isfinite(hits.range_m))), int(np.count_nonzero(hits.what >= 0))
 
 
-def _of_pattern(lidar: Lidar, shots: Shots, boxes: FrameBoxes, body: Barrier, max_rays: int) -> RangeImage:
+def _of_pattern(lidar: Lidar, listed: RayRows, boxes: FrameBoxes, body: Barrier, max_rays: int) -> RangeImage:
     """Return the hits of a scan pattern on a raster with about as many cells as rays."""
     step = -(-lidar.ray_count // max_rays)
     rays = np.arange(0, lidar.ray_count, step)
     hits = cast(lidar.position, sensor_rays(lidar, rays).directions, boxes, body, lidar.range_m)
     elevations, azimuths = lidar.elevations()[::-1], wrapped_deg(lidar.azimuths()[::-1])
     azimuths = azimuths[np.argsort(-azimuths, kind="stable")]
-    row = _nearest(elevations, shots.elevation_deg[rays])
-    cell = row * azimuths.size + _nearest(azimuths, wrapped_deg(shots.azimuth_deg[rays]))
+    row = _nearest(elevations, listed.elevation_deg[rays])
+    cell = row * azimuths.size + _nearest(azimuths, wrapped_deg(listed.azimuth_deg[rays]))
     farthest_first = np.lexsort((-hits.range_m, cell))  # of the rays of a cell the last one stays
     range_m, what = (
         np.full(elevations.size * azimuths.size, np.inf),

@@ -7,34 +7,31 @@ from pathlib import Path
 
 from riglens.core.errors import InputError
 from riglens.core.rig.model import Rig
-from riglens.core.scene.boxes import Progress
 from riglens.core.scene.readers import parse_class_map
 from riglens.core.study.calibrating import Rules, frames_of, points_of, read_detections, recall
 from riglens.core.targets.calibration import Calibration
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import USUAL
-from riglens.core.targets.traffic import EVERYWHERE_M
+from riglens.core.targets.traffic import EVERYWHERE_M, Traffic
 from riglens.evaluation.options import SceneOptions
 from riglens.evaluation.scenario import source_of
-from riglens.evaluation.traffic import load_traffic
 
 
 def calibrated(
     detections: Path,
     scene: SceneOptions,
-    within_m: float,
+    traffic: Traffic,
     rules: Rules,
     name: str | None = None,
     rig: Rig | None = None,
-    progress: Progress | None = None,
 ) -> Calibration:
-    """Return recall by points and class of a detector in the scene's boxes, by true points or those of a rig.
+    """Return recall by points and class of a detector in the scene's boxes, by true points or those of a rig; traffic:
+    these boxes.
 
     Raise InputError on bad input.
     """
     if scene.boxes is None:
         raise InputError("is needed: the box data set of the detections", "boxes")
-    traffic = load_traffic(scene, within_m, progress)
     overrides = parse_class_map(scene.classes)
     frames = frames_of(scene.boxes, traffic, source_of(scene).origin_m or (0.0, 0.0, 0.0))
     found = read_detections(detections, frames, overrides)

@@ -26,6 +26,7 @@ from riglens.core.engine.warm_up import (
     tiny_field,
     warm_up,
 )
+from riglens.core.figures.registry import voxel_heat_maps
 from riglens.core.geometry import Pose
 from riglens.core.metric.scores import BODIES, MetricSettings
 from riglens.core.review.mounts import USUAL_LIMITS, violations
@@ -45,7 +46,7 @@ from riglens.core.view.camera_picture import camera_picture
 from riglens.core.view.frame_scene import frame_scene, why_missed
 from riglens.core.view.frames import FrameBoxes
 from riglens.evaluation.kernel_steps import FANS_FIRST, STEPS, is_done, mark_done
-from riglens.evaluation.options import HEAT_TITLES, SceneOptions
+from riglens.evaluation.options import SceneOptions
 from riglens.evaluation.requests import EvaluationRequest
 from riglens.evaluation.scoring import Scoring, load_scene
 
@@ -75,10 +76,10 @@ def _cast_dense_beams() -> None:
 
 def _draw_maps() -> None:
     scoring = Scoring(load_scene(SceneOptions(voxel_m=0.5), lambda _: None), None)
-    for number, heat in enumerate(HEAT_TITLES):
+    for number, heat in enumerate(voxel_heat_maps()):
         for rig in (RIG, MOVED):
             request = EvaluationRequest(
-                number, rig, RIG, MetricSettings(), heat, map_by=by_names()[0], blind=True
+                number, rig, RIG, MetricSettings(), heat.key, map_by=by_names()[0], blind=True
             )
             scoring.exact(request, lambda: False)
     scoring.approximate(request, lambda: False)
@@ -101,8 +102,7 @@ def _lose_sensors() -> None:
     engine = Engine(field)
     engine.evaluate(RIG)
     voxel_coverage(engine, RIG)
-    counts = TargetEngine(traffic).evaluate(RIG, settings).objects
-    target_coverage(traffic, RIG, counts, settings.min_points)
+    target_coverage(TargetEngine(traffic).evaluate(RIG, settings))
 
 
 def _audit_rays() -> None:

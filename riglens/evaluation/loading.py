@@ -12,6 +12,7 @@ from riglens.core.metric.scores import Body
 from riglens.core.monitor import Monitor
 from riglens.core.rig.library import use_libraries
 from riglens.core.rig.model import Rig
+from riglens.core.scene.boxes import DataReport
 from riglens.core.scene.pog import Pog
 from riglens.core.sensing.rays import missing_ray_count
 from riglens.core.targets.traffic import Traffic
@@ -88,8 +89,7 @@ def load_scene(
         options = options.for_rigs(rigs, score)
     with monitor.stage("Building the POG") as progress:
         found = load_scenario(options, progress)
-    for line in remarks_on(found.field.data):
-        monitor.note(line)
+    note_data(found.field.data, monitor)
     if found.choice is not None:
         monitor.note(f"voxel auto: {reason(found.choice)}")
         for line in tried_lines(found.choice):
@@ -98,6 +98,14 @@ def load_scene(
 
 
 def load_traffic(options: SceneOptions, within_m: float, monitor: Monitor) -> Traffic:
-    """Load the objects that points and pixels are counted on."""
+    """Load the objects that points and pixels are counted on; note what deserves it."""
     with monitor.stage("Reading boxes") as progress:
-        return read_traffic(options, within_m, progress)
+        found = read_traffic(options, within_m, progress)
+    note_data(found.data, monitor)
+    return found
+
+
+def note_data(data: DataReport, monitor: Monitor) -> None:
+    """Note what is implausible about data, which boxes do not count, and classes without any."""
+    for line in remarks_on(data, monitor.advice):
+        monitor.note(line)

@@ -14,12 +14,41 @@ _OPTIONS = {
     "tolerance_pp": "voxel-tolerance",
 }
 """Options that are not called like their field without its unit."""
-_LABELS = {"camera_weight": "λ", "origin_m": "Origin", "roi_m": "Region", "tolerance_pp": "Tolerance"}
+_LABELS = {
+    "camera_weight": "λ",
+    "find_ground": "Put the ground at z = 0",
+    "origin_m": "Origin",
+    "roi_m": "Region",
+    "tolerance_pp": "Tolerance",
+}
 
 
 def option_of(field: str) -> str:
     """Return the option of the command line for a field: `voxel_m` is --voxel."""
     return "--" + _OPTIONS.get(field, _UNIT.sub("", field).replace("_", "-"))
+
+
+def option_with(field: str, value: object) -> str:
+    """Return the option of the command line that gives a field a value: `--origin 0 0 1.73`."""
+    words = "auto" if value is True else " ".join(_words(value))
+    return f"{option_of(field)} {words}"
+
+
+def label_with(field: str, value: object) -> str:
+    """Return the entry of the window that gives a field a value: `Origin 0 0 1.73`."""
+    return f"“{label_of(field)}”" if value is True else f"{label_of(field)} {' '.join(_words(value))}"
+
+
+def argument_with(field: str, value: object) -> str:
+    """Return the argument of the Python interface that gives a field a value: `origin_m=(0, 0, 1.73)`."""
+    words = _words(value)
+    return f"{field}={words[0] if len(words) == 1 else '(' + ', '.join(words) + ')'}"
+
+
+def _words(value: object) -> list[str]:
+    """Return a value, or the parts of several, as words; numbers as short as they can be."""
+    parts = value if isinstance(value, tuple) else (value,)
+    return [f"{part:g}" if isinstance(part, float) else str(part) for part in parts]
 
 
 def label_of(field: str) -> str:

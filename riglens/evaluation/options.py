@@ -1,4 +1,4 @@
-"""Define the options of a scene, a score and a heatmap: plain data, cheap to import."""
+"""Define the options of a scene and a score: plain data, cheap to import."""
 
 from __future__ import annotations
 
@@ -26,26 +26,6 @@ USUAL_DRAWS = 32
 MAX_THREADS = 1024
 MIN_SIDE_PX, MAX_SIDE_PX, MAX_SCALE = 64, 8192, 4
 """Limits of a picture's sides before scaling, and of the scale."""
-
-HeatMode = Literal[
-    "probability", "entropy", "seen", "unseen", "sensors", "change", "twice", "thrice", "kinds", "off"
-]  # fmt: skip
-HEAT_TITLES: dict[HeatMode, str] = {
-    "off": "Off",
-    "probability": "POG probability",
-    "entropy": "Entropy",
-    "seen": "Seen entropy",
-    "unseen": "Unseen entropy",
-    "sensors": "Number of sensors",
-    "change": "Gained and lost",
-    "twice": "Seen by at least 2",
-    "thrice": "Seen by at least 3",
-    "kinds": "Seen by both kinds",
-}
-"""Heatmap modes of voxels, by key, with their titles."""
-TargetHeatMode = Literal["on_target", "missed"]
-TARGET_HEAT_TITLES: dict[TargetHeatMode, str] = {"on_target": "On target", "missed": "Missed objects"}
-"""Heatmap modes of objects, in the window."""
 
 
 DASK = OptionHelp(

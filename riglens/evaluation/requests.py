@@ -6,23 +6,24 @@ from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
+from riglens.core.figures.heatmaps import OFF
 from riglens.core.metric.scores import MetricSettings, Scores
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.shown_text import visible
-from riglens.evaluation.options import HeatMode, SceneOptions, ScoreOptions
+from riglens.evaluation.options import SceneOptions, ScoreOptions
 
 if TYPE_CHECKING:  # made by the background thread, which loads what computes them
     from riglens.core.blind.zones import BlindMap
     from riglens.core.engine.engine import Evaluation
     from riglens.core.engine.sight import Sight
+    from riglens.core.figures.heatmaps import Heatmaps, Marks
     from riglens.core.metric.entropy import EntropyField
     from riglens.core.metric.voxel import Voxel, VoxelFacts
     from riglens.core.study.voxel_choice import VoxelChoice
+    from riglens.core.view.heatmap_data import HeatmapData
     from riglens.core.view.outlook import Gap
     from riglens.core.view.top_view import SeenBy, TopView
-    from riglens.evaluation.heatmap import Heatmaps, VoxelMarks
-    from riglens.widgets.heatmap.scale import HeatmapData
 
 FRAME_MS = 16.0
 """An exact answer that takes longer than a frame of the screen is preceded by a coarse one."""
@@ -64,13 +65,14 @@ def fixed_options(scene: LoadedScene) -> SceneOptions:
 @dataclass(frozen=True)
 class EvaluationRequest:
     """Everything one evaluation depends on; `baseline_rig` is what the changes are counted from, `voxel` is picked;
-    `blind`: blind zones around the car are wanted, too. Equal requests have the same answer."""
+    `heat`: key of a heatmap of voxels, or OFF; `map_by`: key of the set of voxels on the map; `blind`: blind zones
+    around the car are wanted, too. Equal requests have the same answer."""
 
     revision: int = field(compare=False)
     rig: Rig
     baseline_rig: Rig
     settings: MetricSettings
-    heat: HeatMode = "off"
+    heat: str = OFF
     heat_class: str = CLASSES[0]
     is_preview: bool = field(default=False, compare=False)
     map_by: SeenBy | None = None
@@ -106,7 +108,7 @@ class Result:
     heatmap: HeatmapData | None
     top_view: TopView | None = None
     picked: PickedVoxel | None = None
-    marks: VoxelMarks | None = None
+    marks: Marks | None = None
     blind: BlindMap | None = None
 
 

@@ -16,8 +16,9 @@ from riglens.core.scene.grid import DEFAULT_ROI_M, DEFAULT_VOXEL_M, VoxelGrid
 from riglens.core.scene.pog import Pog
 from riglens.core.scene.pog_store import cached_pog, load_pog
 from riglens.core.scene.readers import Source, bundled_source, open_boxes, parse_class_map
-from riglens.core.scene.survey import FEWEST_BOXES, LARGEST_SPREAD_M, NEAR_M, survey
-from riglens.core.study.voxel_choice import Tried, VoxelChoice, choose, ladder_grids
+from riglens.core.scene.statistics import NEAR_M
+from riglens.core.scene.survey import FEWEST_BOXES, LARGEST_SPREAD_M, Advice, doubtful, survey
+from riglens.core.study.voxel_choice import EdgeScores, VoxelChoice, choose, ladder_grids
 from riglens.evaluation.known_body import with_known_body
 from riglens.evaluation.options import DEFAULT_TOLERANCE_PP, SceneOptions, ScoreOptions
 
@@ -103,7 +104,7 @@ def _auto_scenario(options: SceneOptions, progress: Progress | None) -> Scenario
     source = source_of(options)
     tolerance = (DEFAULT_TOLERANCE_PP if options.tolerance_pp is None else options.tolerance_pp) / 100
     grids, left_out = ladder_grids(DEFAULT_ROI_M if options.roi_m is None else options.roi_m)
-    tried: list[Tried] = []
+    tried: list[EdgeScores] = []
     kept: Scenario | None = None
     for grid, report in zip(grids, _shared(progress, [grid.voxel_count for grid in grids]), strict=True):
         pog = _named(cached_pog(source, grid, report), options)
@@ -126,7 +127,7 @@ def _shared(progress: Progress | None, work: Sequence[int]) -> Iterator[Progress
         yield partial(report, start=sum(work[:place]), piece=piece)
 
 
-def _try(field: EntropyField, options: SceneOptions, report: Progress) -> Tried:
+def _try(field: EntropyField, options: SceneOptions, report: Progress) -> EdgeScores:
     """Return the scores of the rigs at one edge; call `report` between chunks of rays, which may raise to cancel."""
 
     def never() -> bool:
@@ -140,7 +141,7 @@ def _try(field: EntropyField, options: SceneOptions, report: Progress) -> Tried:
         without = rig.with_body_mesh(None)  # a mesh is not read for this
         evaluation = engine.evaluate(without, with_known_body(settings, without), cancel=never)
         scores.append((rig.name, evaluation.scores))
-    return Tried(field.grid.voxel_m, tuple(scores))
+    return EdgeScores(field.grid.voxel_m, tuple(scores))
 
 
 def _named(pog: Pog, options: SceneOptions) -> Pog:
@@ -166,9 +167,9 @@ def _stored_pog(options: SceneOptions, path: Path) -> Pog:
     return pog
 
 
-def left_out(data: DataReport) -> list[str]:
-    """Describe how the data were read, and which boxes do not count."""
-    lines = list(data.notes)
+def left_out(data: DataReport, advice: Advice) -> list[str]:
+    """Describe what is implausible about the data, how they were read, and which boxes do not count."""
+    lines = [*doubtful(data, advice), *data.notes]
     if data.unmapped:
         most = data.unmapped.most_common(SHOWN_UNMAPPED)
         names = ", ".join(f"{name} {number:,}" for name, number in most)
@@ -179,9 +180,9 @@ def left_out(data: DataReport) -> list[str]:
     return lines
 
 
-def remarks_on(data: DataReport) -> list[str]:
-    """Return remarks on the data: boxes that do not count, classes without any box."""
-    lines = left_out(data)
+def remarks_on(data: DataReport, advice: Advice) -> list[str]:
+    """Return remarks on the data: what is implausible, boxes that do not count, classes without any box."""
+    lines = left_out(data, advice)
     if data.frames == 1:
         lines.append(
             "one frame only: each voxel is certainly free or certainly occupied, without entropy; all scores are 0"

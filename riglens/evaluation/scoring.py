@@ -12,6 +12,8 @@ from riglens.core.blind.zones import BlindEngine, BlindMap, BlindSettings
 from riglens.core.engine.engine import Engine, Evaluation
 from riglens.core.engine.inspect import sees_voxel
 from riglens.core.engine.sight import Sight, sight
+from riglens.core.figures.heatmaps import NO_WORDS, Heatmaps, Marks, VoxelHeatMap
+from riglens.core.figures.registry import voxel_heat_map, voxel_set_named
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.estimate import estimated
 from riglens.core.metric.scores import Method, MetricSettings, Scores
@@ -28,7 +30,6 @@ from riglens.core.view.outlook import widest_gap
 from riglens.core.view.top_view import TopView
 from riglens.core.view.top_views import TopViews
 from riglens.evaluation.edit_costs import EditCosts
-from riglens.evaluation.heatmap import NO_WORDS, Heatmaps, marks_for, needs_seen, seen_by
 from riglens.evaluation.known_body import known_body, with_known_body
 from riglens.evaluation.options import SceneOptions
 from riglens.evaluation.requests import (
@@ -60,11 +61,12 @@ def load_scene(options: SceneOptions, progress: Progress) -> LoadedScene:
 
 @dataclass(frozen=True)
 class _Baseline:
-    """Baseline of changes; `seen` is empty until a heatmap of changes is requested."""
+    """Baseline of changes; `seen` are the voxels that `heat`, a heatmap against the baseline, takes; empty without."""
 
     rig: Rig
     settings: MetricSettings
     scores: Scores
+    heat: VoxelHeatMap | None
     seen: Words
 
 
@@ -89,26 +91,26 @@ class Scoring:
     # ------------------------------------------------------------------ exact
     def exact(self, request: EvaluationRequest, cancel: Cancel) -> Result:
         """Return the exact result; raise Cancelled when `cancel` returns True half-way."""
-        has_seen = needs_seen(request.heat) or request.map_by is not None
+        heat = voxel_heat_map(request.heat)
+        has_seen = (heat is not None and heat.of_rig) or request.map_by is not None
         settings = with_known_body(request.settings, request.rig)
         evaluation = self._engine.evaluate(request.rig, settings, has_seen, cancel=cancel)
         self._costs.note(request.rig, evaluation.elapsed_ms)
-        marks = marks_for(request.heat, self._engine, evaluation)
+        seen = NO_WORDS if heat is None else heat.sets(self._engine, evaluation)
         top_view = self._top_view(request, evaluation)
         picked = self._picked(request, evaluation)
-        baseline = self._baseline_of(request, evaluation)  # last: the engine may hold its sensors afterwards
-        marks = replace(marks, baseline=baseline.seen, baseline_name=baseline.rig.name)
-        heatmap = self.scene.heatmaps.heatmap(request.heat, request.heat_class, marks)
+        # last: the engine may hold its sensors afterwards
+        baseline = self._baseline_of(request, evaluation, heat)
+        marks = Marks(seen, baseline.seen, baseline.rig.name)
+        drawn = None if heat is None else self.scene.heatmaps.drawn(heat, request.heat_class, marks)
         blind = self._blind_map(request.rig) if request.blind else None
-        return Result(
-            request, self.scene, evaluation, baseline.scores, heatmap, top_view, picked, marks, blind
-        )
+        return Result(request, self.scene, evaluation, baseline.scores, drawn, top_view, picked, marks, blind)
 
     def _top_view(self, request: EvaluationRequest, evaluation: Evaluation) -> TopView | None:
         """Return the map from above of the evaluation just made, if requested."""
         if request.map_by is None:
             return None
-        seen = seen_by(request.map_by, self._engine, evaluation)
+        seen = voxel_set_named(request.map_by).of(self._engine, evaluation)
         cls = CLASSES.index(request.heat_class)
         return self._top_views.view(cls, request.heat_class, request.map_by, seen)
 
@@ -122,18 +124,21 @@ class Scoring:
         asked = VoxelRequest(request.settings.method, voxel, solid, request.is_preview)
         return self._reporter.report(self._engine, request.rig, asked)
 
-    def _baseline_of(self, request: EvaluationRequest, evaluation: Evaluation) -> _Baseline:
-        """Return the baseline's scores with its own body; computed once per baseline, settings and scene."""
+    def _baseline_of(
+        self, request: EvaluationRequest, evaluation: Evaluation, heat: VoxelHeatMap | None
+    ) -> _Baseline:
+        """Return the baseline's scores with its own body; computed once per baseline, settings, scene and heatmap that
+        compares with it."""
         rig, settings, known = request.baseline_rig, request.settings, self._baseline
-        wants_seen = request.heat == "change"
+        heat = heat if heat is not None and heat.is_against_baseline else None
         is_known = known is not None and (known.rig, known.settings) == (rig, settings)
-        if known is None or not is_known or (wants_seen and not known.seen.size):
+        if known is None or not is_known or (heat is not None and heat != known.heat):
             found = evaluation
             if request.rig != rig:
-                found = self._engine.evaluate(rig, with_known_body(settings, rig), wants_seen)
+                found = self._engine.evaluate(rig, with_known_body(settings, rig), heat is not None)
                 self._costs.note(rig, found.elapsed_ms)
-            known = _Baseline(rig, settings, found.scores, found.seen_by_any() if wants_seen else NO_WORDS)
-            self._baseline = known
+            seen = NO_WORDS if heat is None else heat.sets(self._engine, found)
+            known = self._baseline = _Baseline(rig, settings, found.scores, heat, seen)
         return known
 
     def _blind_map(self, rig: Rig) -> BlindMap:

@@ -13,7 +13,7 @@ from riglens.core.option_help import OptionHelp
 
 if TYPE_CHECKING:  # loads the compiler
     from riglens.core.optimise.mounts import Additions
-    from riglens.core.optimise.results import Problem
+    from riglens.core.optimise.objectives import Problem
     from riglens.core.review.mounts import MountLimits
     from riglens.core.rig.model import Rig
     from riglens.core.targets.traffic import Traffic
@@ -156,7 +156,7 @@ class SearchOptions:
 
     def problem(self, rig: Rig, traffic: Traffic, additions: Additions | None = None, **more: Any) -> Problem:
         """Return the problem of a rig in traffic; `more`: its further fields."""
-        from riglens.core.optimise.results import Problem
+        from riglens.core.optimise.objectives import Problem
 
         return Problem(
             rig,

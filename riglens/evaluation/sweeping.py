@@ -20,10 +20,10 @@ from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.file import identity_of
 from riglens.core.scene.boxes import DataReport, Progress
 from riglens.core.sweep.design import Sweep
-from riglens.core.sweep.rows import Figures, Sweeper
+from riglens.core.sweep.rows import Sweeper, SweepFigures
 from riglens.core.sweep.table import joined, packed, unpacked
 from riglens.evaluation.options import SceneOptions
-from riglens.evaluation.scenario import load_scenario, remarks_on
+from riglens.evaluation.scenario import load_scenario
 from riglens.evaluation.traffic import load_traffic
 from riglens.version import installed_version
 
@@ -43,7 +43,7 @@ class SweepOptions:
 
     scene: SceneOptions
     within_m: float
-    figures: Figures
+    figures: SweepFigures
     reference: Rig
 
 
@@ -64,9 +64,10 @@ class LoadedSweep:
         self.sweep, self.options, self._kind, self._threads = sweep, options, kind, threads
         self._loaded = _loaded(options, threads)
 
-    def remarks(self) -> list[str]:
-        """Return remarks on the data."""
-        return list(dict.fromkeys(line for data in self._loaded.data for line in remarks_on(data)))
+    @property
+    def data(self) -> tuple[DataReport, ...]:
+        """The data of scene and objects, as far as they are used."""
+        return self._loaded.data
 
     @cached_property
     def header(self) -> dict[str, Any]:
@@ -78,7 +79,7 @@ class LoadedSweep:
             "riglens": 1,
             "version": installed_version(),
             **inputs,
-            "noise_floor": self._loaded.sweeper.noise_floor(),
+            "noise_floor": self._loaded.sweeper.noise_floor(self.sweep.rigs),
             "blind_m": self.options.figures.blind_m,
             "rigs": [identity_of(rig) for rig in self.sweep.rigs],
             "design": {

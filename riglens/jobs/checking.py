@@ -93,11 +93,11 @@ def scene_for(
 ) -> CheckData:
     """Load what requirements need."""
     field = traffic = None
-    if required.needs_road_users and scene.pog is not None:
+    if required.needs_objects and scene.pog is not None:
         raise InputError(NO_ROAD_USERS)
     if required.needs_scene:
         field = load_scene(scene, monitor, rigs, score)[1]
-    if required.needs_road_users:
+    if required.needs_objects:
         traffic = load_traffic(scene, WITHIN_M, monitor)
     return CheckData(field, traffic)
 

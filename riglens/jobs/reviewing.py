@@ -75,7 +75,7 @@ class Redundancy:
             "voxel_m": self.field.grid.voxel_m,
             "min_points": self.min_points,
             "voxels": coverage_document(self.voxels, "nat"),
-            "road_users": None if self.targets is None else coverage_document(self.targets, "road users"),
+            "objects": None if self.targets is None else coverage_document(self.targets, "objects"),
         }
 
 

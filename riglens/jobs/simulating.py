@@ -11,9 +11,9 @@ from typing import NamedTuple
 from riglens.core.errors import InputError
 from riglens.core.monitor import Monitor
 from riglens.core.pieces import work as pieces
+from riglens.core.pieces.backend import Backend
 from riglens.core.pieces.folder import sole_run
 from riglens.core.pieces.resumable import workers_for
-from riglens.core.pieces.where import Where
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.occluders import MapPose
@@ -31,10 +31,10 @@ from riglens.core.simulate.settings import SimulationSettings
 from riglens.core.simulate.tables import Scene
 from riglens.core.simulate.units import Extras
 from riglens.core.targets.traffic import EVERYWHERE_M, Traffic
-from riglens.evaluation.loading import load_rig, load_traffic
+from riglens.evaluation.loading import load_rig
 from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.evaluation.scenario import left_out
-from riglens.evaluation.traffic import car_poses
+from riglens.evaluation.traffic import car_poses, load_traffic
 
 
 class Made(NamedTuple):
@@ -53,7 +53,7 @@ class DataSetJob:
     scene: SceneOptions
     settings: SimulationSettings
     extras: Extras
-    where: Where
+    backend: Backend
     every: int | None = None
     sequences: int | None = None
 
@@ -97,7 +97,7 @@ def _make_all(
         require_room(sum(bytes_needed(one, keys) for one, keys in zip(sets, todo, strict=True)), job.out)
         try:
             for one, folder, keys in zip(sets, folders, todo, strict=True):
-                yield Made(folder.path, _make(one, folder, keys, job.where, monitor))
+                yield Made(folder.path, _make(one, folder, keys, job.backend, monitor))
         except KeyboardInterrupt as error:
             kept = error.args or (
                 f"finished parts are kept in {job.out}: run the same command again to continue",
@@ -116,7 +116,7 @@ def collect_in_carla(rigs: Sequence[Rig | str], address: str, job: DataSetJob, m
     from riglens.jobs.collecting import collect  # a program of its own
 
     scene = job.scene
-    for name, value in {"boxes": scene.boxes, "occluders": scene.occluders, **asdict(job.where)}.items():
+    for name, value in {"boxes": scene.boxes, "occluders": scene.occluders, **asdict(job.backend)}.items():
         if value is not None:
             raise InputError(
                 "does not apply to a simulator with its own traffic: omit it with", name, "carla"
@@ -132,11 +132,12 @@ def collect_in_carla(rigs: Sequence[Rig | str], address: str, job: DataSetJob, m
 def _load(
     scene: SceneOptions, every: int, sequences: int | None, monitor: Monitor
 ) -> tuple[Traffic, list[Scene]]:
-    traffic = load_traffic(scene, EVERYWHERE_M, monitor)
+    with monitor.stage("Reading boxes") as progress:
+        traffic = load_traffic(scene, EVERYWHERE_M, progress)
     if traffic.frames == 0:
         raise InputError(f"{traffic.data.source}: must hold at least one frame")
     scenes = scenes_of(traffic, every, sequences)
-    for line in left_out(traffic.data):
+    for line in left_out(traffic.data, monitor.advice):
         monitor.note(line)
     empty = [name for name in CLASSES if not traffic.data.boxes.get(name)]
     if empty:
@@ -198,7 +199,9 @@ def _folder_name(rig: Rig) -> str:
     return name.strip(". ") or "rig"
 
 
-def _make(one: Dataset, folder: DatasetFolder, keys: Sequence[str], where: Where, monitor: Monitor) -> str:
+def _make(
+    one: Dataset, folder: DatasetFolder, keys: Sequence[str], backend: Backend, monitor: Monitor
+) -> str:
     """Make the missing parts of a data set, and return a line on it."""
     if folder.is_complete:
         return f"{folder.path}: already complete"
@@ -206,7 +209,7 @@ def _make(one: Dataset, folder: DatasetFolder, keys: Sequence[str], where: Where
         monitor.note(f"{folder.path}: resuming; {len(one.spans) - len(keys)} of {len(one.spans)} parts exist")
     with (
         monitor.stage(f"Simulating {one.rig.name}") as progress,
-        workers_for(folder.work, where, len(keys), monitor) as workers,
+        workers_for(folder.work, backend, len(keys), monitor) as workers,
     ):
         folder.begin()
         made = pieces.results([one.piece(key) for key in keys], folder, workers)

@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Literal
 
 from riglens.core.errors import InputError
 from riglens.core.monitor import Monitor
+from riglens.core.pieces.backend import Backend
 from riglens.core.pieces.resumable import parts_folder, resumable
-from riglens.core.pieces.where import Where
 from riglens.core.rig.model import Rig
 from riglens.core.sweep.design import Design, Span, grid, sobol, table
-from riglens.core.sweep.rows import Figures
+from riglens.core.sweep.rows import SweepFigures
 from riglens.core.sweep.table import write
 from riglens.core.targets.settings import TargetSettings
+from riglens.evaluation.loading import note_data
 from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.evaluation.scenario import settings_of
 from riglens.evaluation.sweeping import LoadedSweep, SweepOptions, piece_folder
@@ -50,7 +51,7 @@ def sweep_options(
         raise InputError(f"must be between 0.05 and 2 m (got {blind_m:g})", "blind_m")
     if compute != "score" and scene.pog is not None:
         raise InputError("holds no objects to count: leave it out, or choose score for", "pog", "compute")
-    figures = Figures(
+    figures = SweepFigures(
         None if compute == "targets" else settings_of(score),
         None if compute == "score" else counting,
         sample,
@@ -65,16 +66,16 @@ def sweep_options(
     return SweepOptions(scene, within_m, figures, rigs[0])
 
 
-def run_sweep(sweep: LoadedSweep, out: Path, where: Where, monitor: Monitor) -> Table:
+def run_sweep(sweep: LoadedSweep, out: Path, backend: Backend, monitor: Monitor) -> Table:
     """Compute all rows, write them into a file, and return them."""
-    for line in sweep.remarks():
-        monitor.note(line)
+    for data in sweep.data:
+        note_data(data, monitor)
     spans = sweep.spans()
     with monitor.stage("Evaluating rigs") as progress, parts_folder(out) as folder:
         store = piece_folder(folder)
-        with resumable(folder, where, len(spans), monitor) as workers:
+        with resumable(folder, backend, len(spans), monitor) as workers:
             # a machine of a cluster has a worker for each core
-            found = sweep.table(store, workers, spans, None if where.dask is None else 1, progress)
+            found = sweep.table(store, workers, spans, None if backend.dask is None else 1, progress)
             write(found, out)
             store.clear()
     return found

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Literal
 
 from riglens.core.engine.engine import Engine, Evaluation
 from riglens.core.errors import InputError
+from riglens.core.figures.heatmaps import NO_WORDS, OFF, SEEN_ENTROPY, Heatmaps, Marks
+from riglens.core.figures.registry import voxel_heat_map, voxel_heat_maps
 from riglens.core.files import is_stream
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import PAPER_SETTINGS, Body, MetricSettings
@@ -20,12 +22,10 @@ from riglens.core.scene.pog import Pog
 from riglens.core.vehicle.mesh_file import with_mesh_read
 from riglens.core.vehicle.standing import mount_statuses
 from riglens.core.view.display import DisplayGrid
-from riglens.evaluation.heatmap import Heatmaps, VoxelMarks, marks_for, marks_of
 from riglens.evaluation.options import (
     MAX_SCALE,
     MAX_SIDE_PX,
     MIN_SIDE_PX,
-    HeatMode,
     ScoreOptions,
 )
 from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, LEAST_DENSITY, MOST_DENSITY, RayLook
@@ -52,7 +52,7 @@ class RenderRequest:
     size_px: tuple[int, int] = (1280, 800)
     scale: int = 1
     class_name: str = "car"
-    heat: HeatMode = "seen"
+    heat: str = SEEN_ENTROPY.key
     transparent: bool = False
     legend: bool = True
     title: bool = False
@@ -90,10 +90,16 @@ class RenderRequest:
             raise InputError(
                 f"must be two heights in metres, FROM below TO (got {low:g} {high:g})", "slice_m"
             )
-        if self.heat == "change" and self.baseline is None:
-            raise InputError("change needs", "heatmap", "baseline")
-        if self.heat != "change" and self.baseline is not None:
-            raise InputError("is the reference of changes: needs change as", "baseline", "heatmap")
+        heat = voxel_heat_map(self.heat)
+        if heat is None and self.heat != OFF:
+            known = ", ".join((*(one.key for one in voxel_heat_maps()), OFF))
+            raise InputError(f"must be one of {known} (got {self.heat})", "heatmap")
+        compares = heat is not None and heat.is_against_baseline
+        if compares and self.baseline is None:
+            raise InputError(f"{self.heat} needs", "heatmap", "baseline")
+        if not compares and self.baseline is not None:
+            fitting = " or ".join(one.key for one in voxel_heat_maps() if one.is_against_baseline)
+            raise InputError(f"is the reference of changes: needs {fitting} as", "baseline", "heatmap")
 
     def _check_rays(self) -> None:
         if not 0.0 <= self.rays.opacity <= 1.0:
@@ -131,12 +137,13 @@ def scored_state(
     with monitor.stage("Casting rays"):
         engine = Engine(field)
         evaluation = engine.evaluate(rig, settings)
-        marks = marks_for(picture.heat, engine, evaluation)
-        if baseline is not None:
+        heat = voxel_heat_map(picture.heat)
+        marks = Marks(NO_WORDS if heat is None else heat.sets(engine, evaluation))
+        if baseline is not None and heat is not None:
             if baseline.vehicle.body == rig.vehicle.body:
                 baseline = baseline.with_body_mesh(rig.vehicle.body_mesh)
             before = engine.evaluate(baseline, settings)
-            marks = replace(marks, baseline=before.seen_by_any(), baseline_name=before.rig.name)
+            marks = replace(marks, baseline=heat.sets(engine, before), baseline_name=before.rig.name)
     return _state(pog, field, evaluation, marks, picture)
 
 
@@ -144,7 +151,7 @@ def draw_evaluated(
     evaluation: Evaluation, pog: Pog, field: EntropyField, picture: RenderRequest, monitor: Monitor
 ) -> None:
     """Draw a rig that has been evaluated with the voxels that it sees; call `prepare_drawing` before."""
-    _draw(_state(pog, field, evaluation, marks_of(evaluation), picture), picture, monitor)
+    _draw(_state(pog, field, evaluation, Marks(evaluation.seen_by_any()), picture), picture, monitor)
 
 
 def drawn_score(rig: Rig, body: Body | None) -> ScoreOptions:
@@ -186,7 +193,7 @@ def _state(
     pog: Pog,
     field: EntropyField,
     evaluation: Evaluation,
-    marks: VoxelMarks,
+    marks: Marks,
     picture: RenderRequest,
 ) -> SceneState:
     """Return what is drawn of an evaluated rig: its rays and the heatmap of a class."""
@@ -199,7 +206,10 @@ def _state(
         DEFAULT_LOOK.opacity if picture.opacity is None else picture.opacity,
         picture.slice_m,
     )
-    cells = Heatmaps(DisplayGrid.build(pog, field)).heatmap(picture.heat, picture.class_name, marks)
+    heat = voxel_heat_map(picture.heat)
+    cells = None
+    if heat is not None:
+        cells = Heatmaps(DisplayGrid.build(pog, field)).drawn(heat, picture.class_name, marks)
     rig = evaluation.rig
     state = replace(
         rig_state(rig, picture.theme),

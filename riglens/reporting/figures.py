@@ -9,14 +9,17 @@ from typing import Any
 
 from pydantic import Field
 
-from riglens.core.blind.zones import BlindEngine, BlindMap, BlindSettings
+from riglens.core.blind.zones import BlindMap
 from riglens.core.engine.audit import audit, audit_document
-from riglens.core.engine.engine import Engine, Evaluation
-from riglens.core.engine.evaluation_json import evaluation_document
+from riglens.core.engine.engine import Engine
 from riglens.core.errors import InputError
+from riglens.core.figures.documents import evaluation_document
+from riglens.core.figures.evaluated import Evaluated, EvaluationSettings, Evaluator
 from riglens.core.kernels.runtime import jit
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Body, Method, Reading
+from riglens.core.monitor import SILENT, Monitor
+from riglens.core.plain import Frozen
 from riglens.core.review.checking import Check, Subject
 from riglens.core.review.documents import (
     blind_document,
@@ -32,18 +35,16 @@ from riglens.core.review.redundancy import NO_EVIDENCE, target_coverage, voxel_c
 from riglens.core.review.requirements import Requirements
 from riglens.core.review.tolerance import MAX_DRAWS, profile_called, tolerance
 from riglens.core.review.verdicts import verdicts
-from riglens.core.rig.model import FORMAT_VERSION, MAX_SENSORS, Frozen, Rig
+from riglens.core.rig.model import FORMAT_VERSION, MAX_SENSORS, Rig
 from riglens.core.rig.yaml.file import dumps
 from riglens.core.rig.yaml.nodes import shortened
 from riglens.core.scene.boxes import Progress
 from riglens.core.targets.detection_range import USUAL_PLAN, DetectionRange
 from riglens.core.targets.detection_range_making import detection_range_of
 from riglens.core.targets.detection_range_table import range_document
-from riglens.core.targets.engine import TargetEngine
-from riglens.core.targets.scores import TargetScores
 from riglens.core.targets.settings import TargetSettings
-from riglens.core.targets.targets_json import targets_document
 from riglens.core.targets.traffic import WITHIN_M, Traffic
+from riglens.evaluation.loading import note_data
 from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.evaluation.scenario import load_scenario, settings_of
 from riglens.evaluation.traffic import load_traffic
@@ -178,43 +179,38 @@ class Report:
     ranges: tuple[DetectionRange, ...]
 
 
-def report_of(plan: ReportPlan, tell: Stage) -> Report:
+def report_of(plan: ReportPlan, tell: Stage, monitor: Monitor = SILENT) -> Report:
     """Make every figure of a report. For the thread of the parallel kernels."""
     stages, score = Stages(tell, plan), plan.score
-    settings = settings_of(score)
     stages.begin("Reading the data")
     field = load_scenario(plan.scene.for_rigs(plan.rigs, score), lambda _: None).field
+    note_data(field.data, monitor)
     traffic = None if plan.scene.pog is not None else load_traffic(plan.scene, WITHIN_M)
-    evaluations, counted, parts, maps, ranges = [], [], [], [], []
+    settings = EvaluationSettings(settings_of(score), TargetSettings(body=score.body))
+    evaluate = Evaluator(field, traffic, settings, score.threads)
+    evaluated, parts, maps, ranges = [], [], [], []
     for rig in plan.rigs:
         stages.begin("Scoring", rig.name)
-        engine = Engine(field, score.threads)
-        evaluation = engine.evaluate(rig, settings, False)
-        evaluations.append(replace(evaluation, elapsed_ms=0.0))
+        voxels = evaluate(rig, ("voxels",)).voxels
         stages.begin("Counting points on objects", rig.name)
-        counts = _counts(traffic, rig, score)
-        if counts is not None:
-            counted.append(counts)
+        objects = evaluate(rig, ("objects",)).objects
         stages.begin("Finding blind zones", rig.name)
-        found = BlindEngine(rig.vehicle, BlindSettings(), score.threads).evaluate(rig)
+        found = evaluate.ground_of(rig, settings.blind).evaluate(rig)
         maps.append(found)
+        assert voxels is not None
+        voxels = replace(voxels, elapsed_ms=0.0)
+        objects = None if objects is None else replace(objects, elapsed_ms=0.0)
+        evaluated.append(Evaluated(rig, settings, field, voxels, objects, found))
         ranges.append(
             detection_range_of(
                 rig, USUAL_PLAN, score.threads,
                 progress=stages.begin("Finding detection ranges", rig.name),
             )
         )  # fmt: skip
-        parts.append(_parts(plan, rig, found, engine, field, traffic, counts, stages))
-        parts[-1]["card"] = range_document(ranges[-1])
-    figures = _figures(plan, field, traffic, evaluations, counted, parts, score)
+        parts.append(_parts(plan, evaluated[-1], evaluate.voxels, traffic, stages))
+        parts[-1]["range"] = range_document(ranges[-1])
+    figures = _figures(plan, field, evaluated, parts, score)
     return Report(figures, tuple(maps), tuple(ranges))
-
-
-def _counts(traffic: Traffic | None, rig: Rig, score: ScoreOptions) -> TargetScores | None:
-    if traffic is None:
-        return None
-    counts = TargetEngine(traffic, score.threads).evaluate(rig, TargetSettings(body=score.body))
-    return replace(counts, elapsed_ms=0.0)
 
 
 def report_profiles() -> tuple[tuple[Profile, ...], list[str]]:
@@ -228,15 +224,14 @@ def report_profiles() -> tuple[tuple[Profile, ...], list[str]]:
 
 def _parts(
     plan: ReportPlan,
-    rig: Rig,
-    found: BlindMap,
+    evaluated: Evaluated,
     engine: Engine,
-    field: EntropyField,
     traffic: Traffic | None,
-    counts: TargetScores | None,
     stages: Stages,
 ) -> dict[str, Any]:
     """Return the figures of one rig on its own."""
+    rig, field, found, counts = evaluated.rig, engine.field, evaluated.ground, evaluated.objects
+    assert found is not None
     settings, threads = settings_of(plan.score), plan.score.threads
     body, profiles = plan.score.body_of(rig), report_profiles()[0]
     judged = verdicts(rig, profiles, "blocks", jit.use_threads(threads))
@@ -247,7 +242,7 @@ def _parts(
     voxels = voxel_coverage(engine, rig, settings.method)
     users = None
     if traffic is not None and counts is not None:
-        users = target_coverage(traffic, rig, counts.objects, counts.settings.min_points)
+        users = target_coverage(counts)
     spread = None
     if plan.draws:
         progress = stages.begin("Drawing errors", rig.name)
@@ -267,7 +262,7 @@ def _parts(
         "redundancy": {
             "note": NO_EVIDENCE,
             "voxels": coverage_document(voxels, "nat"),
-            "road_users": None if users is None else coverage_document(users, "road users"),
+            "objects": None if users is None else coverage_document(users, "objects"),
         },
         "tolerance": spread,
         "check": checked,
@@ -277,14 +272,12 @@ def _parts(
 def _figures(
     plan: ReportPlan,
     field: EntropyField,
-    traffic: Traffic | None,
-    evaluations: Sequence[Evaluation],
-    counted: Sequence[TargetScores],
+    evaluated: Sequence[Evaluated],
     parts: Sequence[dict[str, Any]],
     score: ScoreOptions,
 ) -> dict[str, Any]:
     grid = field.grid
-    targets = targets_document(traffic, counted) if traffic is not None and counted else None
+    evaluation = evaluation_document(field, settings_of(score), evaluated)
     return {
         "riglens_report": FORMAT_VERSION,
         "version": installed_version(),
@@ -304,8 +297,8 @@ def _figures(
             why=plan.why,
         ).model_dump(by_alias=True, exclude={"why"} if plan.why is None else None),
         "left_out": report_profiles()[1],
-        "evaluation": evaluation_document(field, settings_of(score), evaluations),
-        "targets": targets,
+        "targets": evaluation.pop("targets", None),
+        "evaluation": evaluation,
         "rigs": list(parts),
     }
 

@@ -14,7 +14,7 @@ from riglens.core.monitor import Monitor
 from riglens.core.plain import to_text
 from riglens.core.review.requirements import Requirements, requirements_in
 from riglens.core.rig.model import Rig
-from riglens.core.rig.ray_file import read_shots
+from riglens.core.rig.ray_file import read_ray_rows
 from riglens.core.rig.yaml.file import loads
 from riglens.core.rig.yaml.nodes import read_text
 from riglens.core.shown_text import visible
@@ -67,7 +67,7 @@ def write_report(
     draws, seed = draws_and_seed
     plan = ReportPlan(tuple(rigs), scene, score, draws, seed, required, text, labels)
     with monitor.stage("Making the report") as tell:
-        document = document_of(plan, report_of(plan, tell))
+        document = document_of(plan, report_of(plan, tell, monitor))
     write_file(out, rendered(document, out.suffix.lower()))
 
 
@@ -109,10 +109,10 @@ def verified(
         require_pango()
     plan = _plan_of(attached, path, scene, score, meshes or path.parent, monitor)
     with monitor.stage("Recomputing the figures") as tell:
-        document = document_of(plan, report_of(plan, tell))
+        document = document_of(plan, report_of(plan, tell, monitor))
     _take_names(document.figures, attached)
     lines = differences(attached, document.figures)
-    return Verified(lines, first_difference(content, rendered(document, form_of(content))))
+    return Verified(lines, first_difference(content, rendered(document, form_of(content)), str(path)))
 
 
 def _requirements(text: str, where: str, rigs: Sequence[Rig]) -> Requirements:
@@ -144,7 +144,7 @@ def _plan_of(
 ) -> ReportPlan:
     inputs = inputs_of(attached, str(path))
     rigs = tuple(
-        loads(text, f"{path}: rig {n}", lambda file: read_shots(folder / _named_below(file), file)).rig
+        loads(text, f"{path}: rig {n}", lambda file: read_ray_rows(folder / _named_below(file), file)).rig
         for n, text in enumerate(inputs.rigs, 1)
     )
     if not rigs:

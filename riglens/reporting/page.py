@@ -9,6 +9,7 @@ import base64
 import hashlib
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,10 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from riglens.core.blind.zones import HEIGHTS_M
 from riglens.core.errors import InputError
+from riglens.core.figures.figure import Figure
+from riglens.core.figures.objects import ObjectFigure
+from riglens.core.figures.registry import leading_figures, object_figures
+from riglens.core.figures.text import UNITS
 from riglens.core.review.findings import amounts
 from riglens.core.review.mounts import SIDES, USUAL_LIMITS
 from riglens.core.rig.library import default_library
@@ -27,7 +32,6 @@ from riglens.core.sensors.registry import kind_of, kinds
 from riglens.core.shown_text import visible
 from riglens.core.targets.calibration import Domain
 from riglens.core.targets.detection_range_text import HEADINGS, bearing_text
-from riglens.core.targets.quantities import RESOLVED
 from riglens.reporting.document import ReportDocument
 from riglens.reporting.summary import missed_objects, smallest_range, worst_failure, worst_profile
 
@@ -150,7 +154,6 @@ def report_page(document: ReportDocument) -> str:
             classes=classes,
             absent=[name for name in CLASSES if name not in classes],
             lost_titles=[f"lost: {name}" for name in classes],
-            entropy_titles=[title for name in classes for title in (f"{name} seen", "S-MS")],
         )
     )
 
@@ -184,14 +187,15 @@ def _templates() -> Environment:
     made.globals |= {write.__name__: write for write in writers} | {
         function.__name__: function
         for function in (
-            at, body_text, range_lines, difference_text, few_words, in_brackets, limit_texts, missed_objects,
-            origin, region_of, smallest_range, verdict_text, view_text, worst_failure, worst_profile, zone_places,
+            at, body_text, range_lines, difference_text, few_words, has_figure, in_brackets, leading_columns,
+            limit_texts, missed_objects, object_columns, origin, reason_of, region_of, sector_columns,
+            smallest_range, verdict_text, view_text, worst_failure, worst_profile, zone_places,
         )
     } | {
         "first_within": lambda to_m: partial(first_text, to_m=to_m),
         "heights_m": HEIGHTS_M, "few_rows": FEW_ROWS, "short": SHORT,
-        "most_missed": MOST_MISSED, "resolved": RESOLVED,
-        "kinds": kinds, "outcomes": OUTCOMES, "sides": SIDES, "usual_gap_m": USUAL_LIMITS.gap_m,
+        "most_missed": MOST_MISSED,
+        "outcomes": OUTCOMES, "sides": SIDES, "usual_gap_m": USUAL_LIMITS.gap_m,
     }  # fmt: skip
     return made
 
@@ -199,6 +203,69 @@ def _templates() -> Environment:
 def _shown(value: Any) -> Any:
     """Escape a foreign text for display; text marked as HTML stays."""
     return visible(value) if isinstance(value, str) and not hasattr(value, "__html__") else value
+
+
+@dataclass(frozen=True)
+class Column:
+    """A figure as a column: how it is written, and where it stands in the figures of a class."""
+
+    figure: Figure
+
+    @property
+    def title(self) -> str:
+        """Its title, with the unit that cells do not repeat."""
+        return f"{self.figure.title}, {UNITS['nat']}" if self.figure.unit == "nat" else self.figure.title
+
+    @property
+    def write(self) -> Callable[[Any], str]:
+        """What writes its value."""
+        writers = {"share": percent, "nat": thousand_nat, "m²": square_metres}
+        return writers.get(self.figure.unit, plain)
+
+    def place(self, rig: int, cls: str) -> str:
+        """Return where the figure of a rig and class stands."""
+        return f"evaluation/rigs/{rig}/classes/{cls}/figures/{self.figure.key}"
+
+    def at(self, document: ReportDocument, rig: int, cls: str) -> Figures | None:
+        """Return the figure of a rig and class; None where the rig has sensors of other kinds."""
+        of_class = document.figures["evaluation"]["rigs"][rig]["classes"][cls]
+        found: Figures | None = of_class["figures"].get(self.figure.key)
+        return found
+
+    def sector_path(self) -> str:
+        """Return where the value stands in a sector."""
+        name = self.figure.place.split(".")[-1]
+        is_calibrated = isinstance(self.figure, ObjectFigure) and self.figure.calibration is not None
+        return f"{name}/value" if is_calibrated else name
+
+
+def leading_columns() -> list[Column]:
+    """Return the leading figures."""
+    return [Column(one) for one in leading_figures()]
+
+
+def object_columns(document: ReportDocument, cls: str) -> list[Column]:
+    """Return the other figures of objects of a class that any rig has."""
+    every = [Column(one) for one in object_figures() if not one.leads]
+    rigs = range(len(document.rigs))
+    return [one for one in every if any(has_figure(document, one, rig, cls) for rig in rigs)]
+
+
+def sector_columns() -> list[Column]:
+    """Return the leading figures of objects, which are shown by sector, too."""
+    return [one for one in leading_columns() if isinstance(one.figure, ObjectFigure)]
+
+
+def has_figure(document: ReportDocument, column: Column, rig: int, cls: str) -> bool:
+    """Return whether a rig has a figure for a class."""
+    found = column.at(document, rig, cls)
+    return found is not None and found["value"] is not None
+
+
+def reason_of(document: ReportDocument, column: Column, rig: int, cls: str) -> str:
+    """Return why there is no figure, or why it is outside its domain."""
+    found = column.at(document, rig, cls)
+    return "the rig has no such sensors" if found is None else str(found["reason"] or "")
 
 
 def range_lines(rows: list[Figures]) -> Iterator[tuple[str, list[str]]]:

@@ -5,13 +5,21 @@ Foreign files may be anything: nothing is executed, sizes have limits, and missi
 
 from __future__ import annotations
 
+import base64
+import hashlib
 import json
+import os
 import re
 import zlib
+from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import dataclass
+from html.parser import HTMLParser
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
+from PIL import Image
 from pydantic import ValidationError
 
 from riglens.core.errors import InputError
@@ -24,6 +32,7 @@ FIGURES_NAME = "figures.json"
 MAX_BYTES = MAX_FIGURES_BYTES = 200_000_000
 _ACCEPTED = "a page or PDF made by riglens report"
 FIGURES_START = b'{\n "riglens_report": '
+MAX_PIXELS = 100_000_000
 _AROUND, _HEAD = 60, 1000
 
 
@@ -75,35 +84,122 @@ def inputs_of(figures: dict[str, Any], where: str) -> Inputs:
         raise InputError(f"{where}: {shortened(field)}: {shortened(first['msg'], 200)}") from error
 
 
-def first_difference(content: bytes, again: bytes) -> str | None:
-    """Return the first difference between a report and the recomputed one, with its place; None if they are
-    equal."""
+# ---------------------------------------------------------------- what a report says
+
+
+@dataclass(frozen=True)
+class _Part:
+    """Something that a report says: words, a row, a picture; `key` is what is compared, `place` where it stands."""
+
+    place: str
+    words: str
+    key: str
+
+
+def first_difference(content: bytes, again: bytes, where: str) -> str | None:
+    """Return the first difference of what two reports of one form say, with its place; None if it is the same.
+
+    Compared are words and rows in their order, pictures by the SHA-256 of their pixels, drawings by that of their
+    outlines, and attached files; of a page also its tags, styles and scripts. White space, the breaks of lines and
+    pages, and how a file is packed say nothing. Raise InputError for a PDF that cannot be read.
+    """
     if content == again:
         return None
-    pairs = enumerate(zip(content, again, strict=False))
-    here = next((n for n, (one, other) in pairs if one != other), min(len(content), len(again)))
-    if form_of(content) == ".pdf":
-        return f"byte {here}, {_part_of_pdf(content, here)}"
-    line = content.count(b"\n", 0, here) + 1
-    return f"line {line}: report has {_around(content, here)}, recomputed {_around(again, here)}"
+    say = {".pdf": _pdf_parts, ".html": _page_parts, ".json": _json_parts}[form_of(content)]
+    parts, fresh = say(content, where), say(again, where)
+    texts = ["".join(part.key for part in some) for some in (parts, fresh)]
+    same = len(os.path.commonprefix(texts))  # noqa: RUF071 (no paths)
+    if all(len(text) == same for text in texts):
+        return None
+    (place, words), (_, recomputed) = _said_at(parts, same), _said_at(fresh, same)
+    return f"{place}: report has {words}, recomputed {recomputed}"
 
 
-def _around(content: bytes, here: int) -> str:
-    """Return the end of the line before a place, and some of what follows."""
-    begin = max(content.rfind(b"\n", 0, here) + 1, here - _AROUND)
-    return shortened(
-        content[begin : here + _AROUND].split(b"\n")[0].decode("utf-8", errors="replace"), 2 * _AROUND
-    )
+def _said_at(parts: Sequence[_Part], offset: int) -> tuple[str, str]:
+    """Return the place and the words of the part at an offset in all keys; some of it where it is long."""
+    for part in parts:
+        if offset < len(part.key):
+            is_short = len(part.words) <= 2 * _AROUND
+            words = part.words if is_short else part.key[max(0, offset - _AROUND) : offset + _AROUND]
+            return part.place, shortened(words, 2 * _AROUND)
+        offset -= len(part.key)
+    return "the end", "nothing"
 
 
-def _part_of_pdf(content: bytes, here: int) -> str:
-    """Return the page, or another object of a PDF, in which a place lies: pages come first, in their order."""
-    heads = re.findall(rb"\n(\d{1,9}) 0 obj", content[:here])
-    if not heads:
-        return "its head"
-    before_files = content[: content.find(b"/EmbeddedFile")]
-    pages = re.findall(rb"\n(\d{1,9}) 0 obj\n<</Filter /FlateDecode/Length \d{1,9}>>", before_files)
-    return f"page {pages.index(heads[-1]) + 1}" if heads[-1] in pages else f"object {heads[-1].decode()}"
+def _part(place: str, words: str, mark: str = "") -> _Part:
+    """Return a part without its white space; `mark` keeps a tag apart from words that look like one."""
+    return _Part(place, " ".join(words.split()), mark + "".join(words.split()))
+
+
+def _json_parts(content: bytes, where: str) -> list[_Part]:
+    return [_part("line 1", content.decode("utf-8", errors="replace"))]
+
+
+def _page_parts(content: bytes, where: str) -> list[_Part]:
+    page = _PageParts()
+    page.feed(content.decode("utf-8", errors="replace"))
+    page.close()
+    return page.parts
+
+
+class _PageParts(HTMLParser):
+    def __init__(self) -> None:
+        super().__init__()
+        self.parts: list[_Part] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        said = [f'{name}="{_embedded(value or "")}"' for name, value in sorted(attrs)]
+        self.parts.append(_part(f"line {self.getpos()[0]}", f"<{' '.join([tag, *said])}>", "\1"))
+
+    def handle_data(self, data: str) -> None:
+        self.parts.append(_part(f"line {self.getpos()[0]}", data))
+
+
+def _embedded(value: str) -> str:
+    """Return the value of an attribute, a digest for a picture."""
+    head, comma, content = value.partition(";base64,")
+    if not comma or not head.startswith("data:image/"):
+        return value
+    try:
+        return _picture(base64.b64decode(content, validate=True))
+    except ValueError:
+        return value
+
+
+def _picture(content: bytes) -> str:
+    """Return the digest of the pixels of a PNG, however they are packed."""
+    with suppress(OSError, ValueError, SyntaxError), Image.open(BytesIO(content), formats=("PNG",)) as image:
+        if image.width * image.height <= MAX_PIXELS:
+            content = f"{image.mode} {image.size} ".encode() + image.tobytes()
+    return f"[picture {hashlib.sha256(content).hexdigest()}]"
+
+
+def _pdf_parts(content: bytes, where: str) -> list[_Part]:
+    """Return what a tagged PDF says, in the order of its tags; the words of margins last, each once."""
+    from riglens.reporting.marked_pdf import marked_pages  # pdfium
+
+    parts: list[_Part] = []
+    margins: dict[str, str] = {}
+    head = ""
+    pages, attached = marked_pages(content, where)
+    for number, page in enumerate(pages, 1):
+        place = f"page {number}"
+        for first, (kind, words) in enumerate(page.blocks):
+            if kind == "THead":  # repeated at the top of each page of a long table
+                if first == 0 and words == head:
+                    continue
+                head = words
+            parts.append(_part(place, words))
+        for words in page.margins:
+            if words.split() != [str(number), "/", str(len(pages))]:
+                margins.setdefault(words, place)
+    parts += [_part(place, words) for words, place in margins.items()]
+    return parts + [
+        _part("attachments", f"[{name} {hashlib.sha256(data).hexdigest()}]") for name, data in attached
+    ]
+
+
+# ---------------------------------------------------------------- figures in a PDF
 
 
 def figures_in_pdf(content: bytes, where: str) -> str:

@@ -57,7 +57,7 @@ def missed_objects(rig: Figures) -> Iterator[Missed]:
 def worst_failure(rig: Figures) -> Found | None:
     """Return the most that the failure of one sensor or one group costs of a class: of objects where they were counted,
     else of entropy; None for a rig without sensors."""
-    of = "voxels" if rig["redundancy"]["road_users"] is None else "road_users"
+    of = "voxels" if rig["redundancy"]["objects"] is None else "objects"
     cases = [
         (failure["lost"][name], -place, -cls)
         for place, failure in enumerate(rig["redundancy"][of]["failures"])
@@ -78,7 +78,7 @@ def smallest_range(rig: Figures) -> Found | None:
     """Return the first distance with too little for the kind that reaches farthest, where that is least: by class and
     direction, at the worst place between the beams; None without sensors."""
     cases = []
-    for place, row in enumerate(rig["card"]["rigs"][0]["rows"]):
+    for place, row in enumerate(rig["range"]["rigs"][0]["rows"]):
         reaches = []
         for kind in kinds():
             if kind.name in row:
@@ -90,9 +90,9 @@ def smallest_range(rig: Figures) -> Found | None:
     if not cases:
         return None
     _, place, kind = min(cases, key=lambda case: case[:2])
-    row = rig["card"]["rigs"][0]["rows"][place]
+    row = rig["range"]["rigs"][0]["rows"][place]
     where = f"{row['class']} {HEADINGS[row['heading_deg']]}, {bearing_text(row['bearing_deg'])}"
     return Found(
-        f"card/rigs/0/rows/{place}/{kind.name}/first_below_m",
+        f"range/rigs/0/rows/{place}/{kind.name}/first_below_m",
         f"{where}; by {kind.plural}",
     )

@@ -16,8 +16,8 @@ from riglens.core.files import write_file
 from riglens.core.formats.opening import open_rig
 from riglens.core.metric.scores import Body
 from riglens.core.monitor import Monitor
+from riglens.core.pieces.backend import Backend
 from riglens.core.pieces.resumable import resumable
-from riglens.core.pieces.where import Where
 from riglens.core.pieces.work import Workers
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
@@ -38,10 +38,10 @@ from riglens.core.study.ranks import FEWEST_RIGS
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import WITHIN_M
-from riglens.evaluation.loading import with_meshes
+from riglens.evaluation.loading import load_traffic, with_meshes
 from riglens.evaluation.options import SceneOptions
-from riglens.evaluation.scenario import load_scenario, remarks_on
-from riglens.evaluation.traffic import car_poses, load_traffic
+from riglens.evaluation.scenario import load_scenario
+from riglens.evaluation.traffic import car_poses
 from riglens.studies.detection_chart import chart, correlation, painted_words, pair_chart
 from riglens.studies.detection_files import (
     RECALL_COLUMNS,
@@ -74,7 +74,7 @@ class Plan:
     published: bool = False
     second: Arm | None = None
     seeds: int | None = None
-    where: Where = field(default_factory=lambda: Where(1))
+    backend: Backend = field(default_factory=lambda: Backend(1))
     device: Device | None = None
     body: Body | None = None
     cameras: Quality | None = None
@@ -125,15 +125,12 @@ def compare(
     compared = entrants(rigs, protocol.cameras is not None)
     scene = scene if plan.second is None else replace(scene, surroundings=True)
     require_folder(out, NAMES)
-    with monitor.stage("Reading boxes") as progress:
-        traffic = load_traffic(scene, WITHIN_M, progress)
-    for line in remarks_on(traffic.data):
-        monitor.note(line)
+    traffic = load_traffic(scene, WITHIN_M, monitor)
     motion = motion_of(traffic, car_poses(scene), PERIOD_S) if protocol.sweeps > 1 else None
     asked = Study(compared, protocol, traffic, machine(plan.device), motion)
     _ = asked.split  # says in one line what the data lack, before anything takes time
     # a cluster that is not there is reported before anything takes time
-    with resumable(out / PIECES, plan.where, len(jobs(asked)), monitor) as workers:
+    with resumable(out / PIECES, plan.backend, len(jobs(asked)), monitor) as workers:
         result = _result(asked, _surrogates(asked, scene, monitor), workers, out, monitor)
     return [*shown(result), f"{out}: {', '.join(NAMES)}"]
 

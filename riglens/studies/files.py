@@ -25,9 +25,10 @@ def require_folder(folder: Path, names: Sequence[str]) -> None:
 
 
 def csv_text(lines: Sequence[Mapping[str, object]], columns: Sequence[str] = ()) -> str:
-    """Return the lines of a table as CSV; the columns are those of the first line unless they are given."""
-    text, names = io.StringIO(), columns or list(lines[0])
-    write_csv(text, names, ([line[name] for name in names] for line in lines))
+    """Return the lines of a table as CSV; the columns are those of all lines unless they are given, and cells that a
+    line does not have are empty."""
+    text, names = io.StringIO(), columns or list(dict.fromkeys(name for line in lines for name in line))
+    write_csv(text, names, ([line.get(name, "") for name in names] for line in lines))
     return text.getvalue()
 
 

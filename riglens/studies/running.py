@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple
 
 from riglens.core.errors import InputError
 from riglens.core.monitor import Monitor
 from riglens.core.option_help import OptionHelp
-from riglens.core.pieces.where import Where
+from riglens.core.pieces.backend import Backend
 from riglens.core.rig.library import use_libraries
 from riglens.core.shown_tables import Block
 from riglens.core.study.true_points import Recorder
@@ -39,6 +39,13 @@ class Job(NamedTuple):
     monitor: Monitor
 
 
+class Findings(NamedTuple):
+    """Findings of a study: what is printed, and its JSON where it has one."""
+
+    blocks: list[Block]
+    document: dict[str, Any] | None = None
+
+
 @dataclass(frozen=True)
 class Table1Options:
     """Options of the study of the paper's Tables I and II."""
@@ -49,8 +56,8 @@ class Table1Options:
     ] = None
 
 
-def _table1(options: Table1Options, job: Job, /) -> list[Block]:
-    return table1.study(job.scene, job.score, options.csv, options.detection_csv, job.monitor)
+def _table1(options: Table1Options, job: Job, /) -> Findings:
+    return Findings(table1.study(job.scene, job.score, options.csv, options.detection_csv, job.monitor))
 
 
 @dataclass(frozen=True)
@@ -71,13 +78,15 @@ class AccuracyOptions:
     ] = False
 
 
-def _accuracy(options: AccuracyOptions, job: Job, /, rig: str = PAPER_RIG) -> list[Block]:
+def _accuracy(options: AccuracyOptions, job: Job, /, rig: str = PAPER_RIG) -> Findings:
     use_libraries(options.library)
     if options.sensor:
-        return sensor_methods.study(
-            rig, options.sensor, job.scene, job.score, job.out, options.quick, job.monitor
+        return Findings(
+            sensor_methods.study(
+                rig, options.sensor, job.scene, job.score, job.out, options.quick, job.monitor
+            )
         )
-    return accuracy.study(rig, job.scene, job.score, job.out, options.quick, job.monitor)
+    return Findings(accuracy.study(rig, job.scene, job.score, job.out, options.quick, job.monitor))
 
 
 @dataclass(frozen=True)
@@ -91,8 +100,8 @@ class StabilityOptions:
     quick: Quick = False
 
 
-def _stability(options: StabilityOptions, job: Job, /) -> list[Block]:
-    return stability.study(job.scene, job.score, job.out, options.quick, options.edits, job.monitor)
+def _stability(options: StabilityOptions, job: Job, /) -> Findings:
+    return Findings(stability.study(job.scene, job.score, job.out, options.quick, options.edits, job.monitor))
 
 
 @dataclass(frozen=True)
@@ -120,10 +129,12 @@ class TargetsOptions:
             raise InputError(f"must be an integer ≥ 1 (got {self.azimuths})", "azimuths")
 
 
-def _targets(options: TargetsOptions, job: Job, /, boxes: Path) -> list[Block]:
+def _targets(options: TargetsOptions, job: Job, /, boxes: Path) -> Findings:
     use_libraries(options.library)
     scene, recorder = replace(job.scene, boxes=boxes), Recorder(options.model, options.azimuths)
-    return targets.study(scene, options.rig, options.rigs, recorder, job.score.threads, job.out, job.monitor)
+    return Findings(
+        targets.study(scene, options.rig, options.rigs, recorder, job.score.threads, job.out, job.monitor)
+    )
 
 
 @dataclass(frozen=True)
@@ -151,10 +162,12 @@ class ExternalOptions:
             raise InputError(f"must be an integer ≥ 1 (got {self.frames})", "frames")
 
 
-def _external(options: ExternalOptions, job: Job, /) -> list[Block]:
-    return external.study(
+def _external(options: ExternalOptions, job: Job, /) -> Findings:
+    found = external.study(
         options.nuscenes, options.kitti, job.score.threads, options.frames, job.out, job.monitor
     )
+    blocks = [*external.shown(found), f"{job.out}: {external.NAME}"]
+    return Findings(blocks, external.document(found))
 
 
 @dataclass(frozen=True)
@@ -198,14 +211,16 @@ class DetectionOptions:
     ] = None
 
 
-def _detection(options: DetectionOptions, job: Job, /, *rigs: str) -> list[Block]:
+def _detection(options: DetectionOptions, job: Job, /, *rigs: str) -> Findings:
     use_libraries(options.library)
-    where = Where(1 if options.workers is None and options.dask is None else options.workers, options.dask)
+    backend = Backend(
+        1 if options.workers is None and options.dask is None else options.workers, options.dask
+    )
     plan = detection.Plan(
-        options.quick, options.per_rig, options.published, options.second, options.seeds, where,
+        options.quick, options.per_rig, options.published, options.second, options.seeds, backend,
         options.device, job.score.body, options.cameras,
     )  # fmt: skip
-    return detection.study(rigs, job.scene, plan, job.out, job.monitor)
+    return Findings(detection.study(rigs, job.scene, plan, job.out, job.monitor))
 
 
 @dataclass(frozen=True)
@@ -221,8 +236,8 @@ class PredictedOptions:
     ] = None
 
 
-def _predicted(options: PredictedOptions, job: Job, /, detection: Path) -> list[Block]:
-    return predicted.study(detection, options.recall, job.out, job.monitor)
+def _predicted(options: PredictedOptions, job: Job, /, detection: Path) -> Findings:
+    return Findings(predicted.study(detection, options.recall, job.out, job.monitor))
 
 
 # ---------------------------------------------------------------- all of them
@@ -236,12 +251,12 @@ _SCENE = ("boxes", *_READING, "voxel_m", "roi_m", "pog", "tolerance_pp")
 class Study:
     """A study: its options, those of scene and score that it takes, and what runs it.
 
-    `run` takes the options, the job, and what the study is given by place; it returns what is printed. `files`: that it
+    `run` takes the options, the job, and what the study is given by place. `files`: that it
     writes, the main table first among tables.
     """
 
     options: type
-    run: Callable[..., list[Block]]
+    run: Callable[..., Findings]
     files: tuple[str, ...]
     scene: tuple[str, ...] = ()
     score: tuple[str, ...] = ()

@@ -11,17 +11,15 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
 from riglens.core.shown_text import visible
-from riglens.core.sweep.table import header_of, main_figures
+from riglens.core.sweep.table import Doubles, better_of, doubles, header_of, main_figures, near_best
 from riglens.widgets.theme import CLASS_COLOURS
 
 if TYPE_CHECKING:
     from pyarrow import Table
 
-Doubles = NDArray[np.float64]
 INK, GREY = "#222222", "#6b6b6b"
 STYLES = ("-", "--", "-.", ":")
 NOISE = "band: noise floor (mounts off by 1 mm and 0.01°) + 2 SE of the change from the given rig"
@@ -60,10 +58,10 @@ def require_drawable(header: Mapping[str, Any], figures: Sequence[str]) -> None:
 
 def _draw_curves(axes: Axes, table: Table, header: dict[str, Any], names: Sequence[str]) -> None:
     (field, unit), rows = next(iter(header["design"]["fields"].items())), len(table) // len(header["rigs"])
-    place = _column(table, field)
+    place = doubles(table, field)
     for number, name in enumerate(names):
         colour = CLASS_COLOURS.get(name.partition(".")[0], f"C{number}")
-        value, noise = _column(table, name), _noise(table, header, name)
+        value, noise = doubles(table, name), _noise(table, header, name)
         for rig, known in enumerate(header["rigs"]):
             own = np.arange(rig * rows, (rig + 1) * rows)
             own = own[np.argsort(place[own], kind="stable")]
@@ -83,8 +81,8 @@ def _draw_curves(axes: Axes, table: Table, header: dict[str, Any], names: Sequen
 
 def _draw_map(figure: Figure, axes: Axes, table: Table, header: dict[str, Any], name: str) -> None:
     (x_name, x_unit), (y_name, y_unit) = header["design"]["fields"].items()
-    x, y, value = (_column(table, one) for one in (x_name, y_name, name))
-    near = value >= np.nanmax(value) - _noise(table, header, name)
+    x, y, value = (doubles(table, one) for one in (x_name, y_name, name))
+    near, better = near_best(name, value, _noise(table, header, name)), better_of(name)
     xs, ys = np.unique(x), np.unique(y)
     if header["design"]["kind"] == "grid" and min(len(xs), len(ys)) > 1:
         order = np.lexsort((x, y))
@@ -96,20 +94,14 @@ def _draw_map(figure: Figure, axes: Axes, table: Table, header: dict[str, Any], 
     figure.colorbar(drawn, ax=axes, location="bottom", shrink=0.9)
     axes.set_xlabel(_title(x_name, x_unit), color=INK)
     axes.set_ylabel(_title(y_name, y_unit), color=INK)
-    axes.set_title(f"{name}\nmarked: within the noise of the best", fontsize=8.5, color=INK)
-
-
-def _column(table: Table, name: str) -> Doubles:
-    """Return a column as doubles, NaN where there is nothing."""
-    return np.array(
-        [np.nan if one is None or isinstance(one, str) else one for one in table[name].to_pylist()], float
-    )
+    marked = "" if better == "neither" else f", {better} is better\nmarked: within the noise of the best"
+    axes.set_title(f"{name}{marked}", fontsize=8.5, color=INK)
 
 
 def _noise(table: Table, header: Mapping[str, Any], name: str) -> Doubles:
     """Return the noise floor of a figure plus, where it has one, two standard errors of its change."""
     column, floor = f"{name}_change_se", float(header["noise_floor"].get(name, 0.0))
-    return floor + (2.0 * _column(table, column) if column in table.column_names else np.zeros(len(table)))
+    return floor + (2.0 * doubles(table, column) if column in table.column_names else np.zeros(len(table)))
 
 
 def _title(name: str, unit: str) -> str:

@@ -35,9 +35,8 @@ from riglens.core.study.target_counts import (
     predict,
 )
 from riglens.core.study.true_points import Recorder, rigs_by_sequence, true_points
+from riglens.evaluation.loading import load_traffic
 from riglens.evaluation.options import SceneOptions
-from riglens.evaluation.scenario import remarks_on
-from riglens.evaluation.traffic import load_traffic
 from riglens.studies.files import csv_text, require_folder
 from riglens.studies.pictures import picture
 
@@ -62,8 +61,7 @@ def study(
         raise InputError("cannot be combined with", "rig", "rigs")
     require_folder(out, NAMES)
     placed = rigs_by_sequence(rigs, recorder) if rigs is not None else open_rig(str(rig)).rig
-    with monitor.stage("Reading boxes") as progress:
-        traffic = load_traffic(scene, 60.0, progress)
+    traffic = load_traffic(scene, 60.0, monitor)
     true = true_points(scene.boxes, parse_class_map(scene.classes))
     if len(true) != len(traffic.row):
         raise InputError(
@@ -71,8 +69,6 @@ def study(
         )
     labels = traffic.data.labels
     _check_rigs(placed, labels.names if labels is not None else ("all",))
-    for line in remarks_on(traffic.data):
-        monitor.note(line)
     pairs = predict(traffic, true, placed, threads)
     write_file(out / NAMES[0], csv_text(list(summary(pairs))))
     write_file(out / NAMES[1], csv_text(list(objects(pairs))))

@@ -1,5 +1,6 @@
 """Runs the command line as a user would, in this process or in one of its own; small box data to score."""
 
+import json
 import os
 import signal
 import subprocess
@@ -7,6 +8,7 @@ import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -40,6 +42,11 @@ class Outcome:
         lines = self.err.splitlines()
         assert len(lines) == 1, self.err
         return lines[0]
+
+    def part(self, name: str) -> Any:
+        """One part of the JSON on standard output, as of a review, or the objects of an evaluation."""
+        assert self.code == 0, self.err
+        return json.loads(self.out)[name]
 
 
 Run = Callable[..., Outcome]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -19,11 +18,13 @@ from riglens.app.background.counting import (
     OtherCount,
     make_counter,
 )
+from riglens.core.figures.hits import ON_TARGET
+from riglens.core.figures.registry import leading_figures, object_figures
+from riglens.core.figures.values import FigureCells, Values, values_of_objects
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import BoxSource
 from riglens.core.scene.readers import open_boxes
 from riglens.core.targets.engine import TargetEngine
-from riglens.core.targets.quantities import Figures, figures_of
 from riglens.core.targets.settings import USUAL
 from riglens.core.targets.traffic import read_traffic
 from riglens.evaluation.options import SceneOptions
@@ -74,26 +75,37 @@ def source(scene: LoadedScene) -> BoxSource:
 
 def test_at_rest_samples_grow_until_all_frames_are_in(counter: Counter, scene: LoadedScene) -> None:
     found = answers_to(counter, ask_for(scene))
-    assert [answer.scores.frames_used for answer in found] == [FIRST_FRAMES, FRAMES]
+    assert [answer.counted.frames_used for answer in found] == [FIRST_FRAMES, FRAMES]
     assert [answer.is_whole for answer in found] == [False, True]
 
 
 def test_the_last_answer_is_that_of_the_engine_over_all_frames(counter: Counter, scene: LoadedScene) -> None:
-    last = answers_to(counter, ask_for(scene))[-1].scores
+    last = answers_to(counter, ask_for(scene))[-1]
     whole = TargetEngine(read_traffic(source(scene)), threads=1).evaluate(RIG)
-    assert last.classes == whole.classes
+    assert last.figures == values_of_objects(whole) == last.baseline_figures
+    assert set(last.figures) == {figure.key for figure in object_figures()}
+    for figure in object_figures():
+        if figure.leads:
+            assert last.cells[figure.key].compared() == FigureCells.of(figure, whole, whole).compared()
+
+
+def test_a_sample_has_the_leading_figures_alone(counter: Counter, scene: LoadedScene) -> None:
+    sample = answers_to(counter, ask_for(scene))[0]
+    objects = {one.key for one in object_figures()}
+    assert {one.key for one in leading_figures()} & objects <= set(sample.cells) < objects
+    assert not sample.figures and not sample.ground
 
 
 def test_a_preview_gets_one_sample(counter: Counter, scene: LoadedScene) -> None:
     found = answers_to(counter, ask_for(scene, is_preview=True))
-    assert [answer.scores.frames_used for answer in found] == [FIRST_FRAMES]
+    assert [answer.counted.frames_used for answer in found] == [FIRST_FRAMES]
 
 
 def test_the_baseline_is_counted_in_the_same_frames(counter: Counter, scene: LoadedScene) -> None:
     rig = RIG.model_copy(update={"sensors": RIG.sensors[:1]})
     for answer in answers_to(counter, ask_for(scene, rig)):
-        assert answer.baseline.rig == RIG and answer.scores.rig == rig
-        assert (answer.baseline.objects.box == answer.scores.objects.box).all()
+        assert answer.baseline.rig == RIG and answer.counted.rig == rig
+        assert (answer.baseline.objects.box == answer.counted.objects.box).all()
 
 
 def test_slow_sensors_get_smaller_samples_and_quick_ones_larger(qtbot: QtBot, scene: LoadedScene) -> None:
@@ -101,7 +113,7 @@ def test_slow_sensors_get_smaller_samples_and_quick_ones_larger(qtbot: QtBot, sc
         counter = make_counter(budget_ms=budget_ms, close_s=TIMEOUT_S)
         try:
             answers_to(counter, ask_for(scene, is_preview=True))
-            again = answers_to(counter, ask_for(scene, is_preview=True))[-1].scores.frames_used
+            again = answers_to(counter, ask_for(scene, is_preview=True))[-1].counted.frames_used
             assert (again > FIRST_FRAMES) == larger and again != FIRST_FRAMES
         finally:
             counter.close()
@@ -126,8 +138,8 @@ def test_unsound_boxes_are_told_in_one_line(counter: Counter, scene: LoadedScene
     assert len(said) == 1 and "many.csv" in said[0] and "far" in said[0]
 
 
-def others_of(counter: Counter, requests: list[OtherCount]) -> list[tuple[OtherCount, Figures | None]]:
-    found = list[tuple[OtherCount, Figures | None]]()
+def others_of(counter: Counter, requests: list[OtherCount]) -> list[tuple[OtherCount, Values | None]]:
+    found = list[tuple[OtherCount, Values | None]]()
     counter.answered_in_background.connect(
         lambda request, figures: found.append((request, figures)), Qt.ConnectionType.DirectConnection
     )
@@ -146,14 +158,15 @@ def test_other_rigs_are_counted_in_all_frames_in_the_order_of_asking(
     for (_, figures), rig in zip(found, rigs, strict=True):
         whole = TargetEngine(read_traffic(source(scene)), threads=1).evaluate(rig)
         assert figures is not None
-        assert figures["car"] == figures_of(whole)["car"]
-        assert figures["car"].on_target == whole.classes["car"].total.on_target.value
+        assert figures == values_of_objects(whole)
+        assert figures[ON_TARGET.key]["car"] == ON_TARGET.estimates(whole, "all")["car"][0]
 
 
 def test_a_class_without_road_users_has_no_figures(counter: Counter, scene: LoadedScene) -> None:
     ((_, figures),) = others_of(counter, [OtherCount("a", "b", RIG, USUAL, scene)])
     assert figures is not None
-    assert figures["bicycle"].objects == 0 and math.isnan(figures["bicycle"].on_target)
+    found = figures[ON_TARGET.key]["bicycle"]
+    assert not found.exists and found.objects == 0 and "bicycle" in found.reason
 
 
 def test_a_rig_that_cannot_be_counted_is_answered_without_figures(

@@ -11,7 +11,7 @@ from riglens.app.background.worker import Context
 from riglens.core.errors import Cancelled
 from riglens.core.sweep.curve import FRAMES, nearby_values
 from riglens.core.sweep.fields import field_called
-from riglens.core.sweep.rows import Figures, Sweeper
+from riglens.core.sweep.rows import Sweeper, SweepFigures
 from riglens.core.targets.settings import USUAL
 from tests.core.sweep.test_curve import traffic  # noqa: F401
 from tests.core.sweep.test_fields import RIG
@@ -33,7 +33,7 @@ def test_points_come_one_by_one(traffic):
 def test_the_last_answer_adds_the_noise_floor_of_a_sweep(traffic):
     field, published = field_called(RIG, "top.z"), []
     found = field_curve(FieldRequest(RIG, field, USUAL, traffic), context(published))
-    floor = Sweeper(Figures(None, USUAL, FRAMES), RIG, None, traffic, 1).noise_floor()
+    floor = Sweeper(SweepFigures(None, USUAL, FRAMES), RIG, None, traffic, 1).noise_floor()
     for before, after in zip(published[-1].points, found.points, strict=True):
         for name, (change, noise) in after.changes.items():
             assert (change, noise - before.changes[name][1]) == (

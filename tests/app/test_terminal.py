@@ -4,6 +4,7 @@ import pytest
 
 from riglens.app.terminal.console import results
 from riglens.app.terminal.tables import table
+from riglens.studies.files import csv_text
 
 NUMBERS = ("-123,456.78", "45.67 %", "0.57 × 1.70")
 
@@ -22,3 +23,7 @@ def test_no_number_of_a_table_is_cut_however_narrow_the_terminal(
     assert all(number in row for number in NUMBERS) and "…" not in out
     assert {"rig", "name", "said", "words"} <= set(out.split())
     assert max(map(len, lines)) <= max(width, 72)
+
+
+def test_a_csv_has_the_columns_of_all_lines() -> None:
+    assert csv_text([{"rig": "a"}, {"rig": "b", "radar": 1}]) == "rig,radar\na,\nb,1\n"

@@ -23,6 +23,8 @@ from riglens.app.window.main_window import MainWindow
 from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Panels, Workbench
 from riglens.core.engine.engine import Engine
+from riglens.core.figures.coverage import VoxelFigure
+from riglens.core.figures.values import compared_scores
 from riglens.core.geometry import Pose
 from riglens.core.metric.scores import MetricSettings, Scores
 from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig
@@ -32,7 +34,6 @@ from riglens.evaluation.options import SceneOptions
 from riglens.evaluation.requests import FRAME_MS, LoadedScene
 from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.panels.help.shortcut_sheet import Group
-from riglens.widgets.panels.scores.text import columns
 from riglens.widgets.viewport.scene_state import SceneState
 from riglens.widgets.viewport.view import Tool, View
 from tests.hand_clock import HandClock
@@ -333,18 +334,29 @@ class Bench(Hands):
         return evaluation.scores
 
     def exact_numbers(self) -> list[list[float]]:
-        """Every digit that the score table shows, as it is copied."""
-        lines = self.panels.scores.table.as_text().splitlines()[1:]
-        return [[float(cell) for cell in line.split("\t")[7:]] for line in lines]
+        """Every digit of voxels that the score table shows."""
+        table = self.panels.scores.table
+        return [
+            [float(table.cell(name, key).values[0] or 0.0) for key in self.voxel_columns()]
+            for name in CLASSES
+        ]
+
+    def voxel_columns(self) -> list[str]:
+        """The columns of figures of voxels, each followed by its change."""
+        keys = [one.key for one in self.panels.scores.table.shown if isinstance(one, VoxelFigure)]
+        return [column for key in keys for column in (key, f"{key} change")]
 
     def fresh_numbers(self) -> list[list[float]]:
         """The same of a new engine, with the changes since the last save."""
         now, saved = self.fresh_scores(self.document.rig), self.fresh_scores(self.document.saved_rig)
-        rows = []
-        for name in CLASSES:
-            pairs = [(c.value(now.classes[name]), c.value(saved.classes[name])) for c in columns()]
-            rows.append([number for value, before in pairs for number in (value, value - before)])
-        return rows
+        found = compared_scores(now, saved)
+        return [
+            [
+                (found[key].change if change else found[key].value)[name].value
+                for key, _, change in (column.partition(" ") for column in self.voxel_columns())
+            ]
+            for name in CLASSES
+        ]
 
     def shown(self, class_name: str, column: str) -> str:
         """The text of a cell of the score table."""

@@ -9,11 +9,11 @@ import pytest
 import pyvista as pv
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
+from riglens.core.figures.heatmaps import SEEN_ENTROPY, Heatmaps, Marks
 from riglens.core.rig.model import Rig
 from riglens.core.view.display import DisplayGrid
-from riglens.evaluation.heatmap import Heatmaps, marks_of
+from riglens.core.view.heatmap_data import HeatmapData
 from riglens.widgets.drawing.stage import props_of, render_window
-from riglens.widgets.heatmap.scale import HeatmapData
 from riglens.widgets.viewport.drawn_scene import DrawnScene
 from riglens.widgets.viewport.scene_state import SceneState
 from tests.bench.race import Goal, Race
@@ -81,4 +81,4 @@ def _steps(bench: BenchScene, rig: Rig, name: str) -> Iterator[_Step]:
         number += 1
         rig = rig.with_sensor(name, moved(wide_trapezoid().sensor(name), number))
         evaluation = engine.evaluate(rig)
-        yield _Step(rig, heatmaps.heatmap("seen", "car", marks_of(evaluation)))
+        yield _Step(rig, heatmaps.drawn(SEEN_ENTROPY, "car", Marks(evaluation.seen_by_any())))

@@ -13,7 +13,7 @@ import numpy as np
 
 from riglens.core.optimise.bounds import branch_and_bound
 from riglens.core.optimise.mounts import Additions, candidates, conflicts, rules_for
-from riglens.core.optimise.results import Problem
+from riglens.core.optimise.objectives import Problem
 from riglens.core.optimise.run import CASTING, optimise, skin_gains
 from riglens.core.optimise.search import Limits, search
 from riglens.core.optimise.skin import SkinGains

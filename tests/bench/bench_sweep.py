@@ -7,7 +7,7 @@ import time
 from riglens.core.metric.scores import PAPER_SETTINGS
 from riglens.core.scene.readers.bundled import bundled_source
 from riglens.core.sweep.design import Span, Sweep, grid
-from riglens.core.sweep.rows import Figures, Sweeper
+from riglens.core.sweep.rows import Sweeper, SweepFigures
 from riglens.core.targets.settings import USUAL
 from riglens.core.targets.traffic import read_traffic
 from tests.bench.bars import Bar
@@ -20,7 +20,7 @@ def test_rigs_of_a_sweep(bars: list[Bar], scenes: Scenes) -> None:
     rig, scene = wide_trapezoid(), scenes.at(0.10)
     span = Span.parsed(f"{names_of(rig, 'lidar')[0]}.z=1.6:2.2:{RIGS}")
     sweep, traffic = Sweep.of([rig], grid([span])), read_traffic(bundled_source())
-    sweeper = Sweeper(Figures(PAPER_SETTINGS, USUAL, FRAMES), rig, scene.field, traffic, 1)
+    sweeper = Sweeper(SweepFigures(PAPER_SETTINGS, USUAL, FRAMES), rig, scene.field, traffic, 1)
     warm = list(sweeper.rows(sweep.part(range(3))))
     started = time.process_time()
     rows = list(sweeper.rows(sweep))

@@ -17,6 +17,7 @@ from riglens.core.scene.boxes import CLASSES, BoxBatch, DataReport, Progress
 from riglens.core.scene.columns import VoxelIndex, pack, unpack
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Pog
+from riglens.core.scene.statistics import BoxTally
 
 Mask = NDArray[np.bool_]
 Numbers = Sequence[float] | NDArray[np.float64]
@@ -196,7 +197,15 @@ class Boxes:
     def report(self) -> DataReport:
         """Frames and boxes per class."""
         boxes = {name: int((self.cls == c).sum()) for c, name in enumerate(CLASSES)}
-        return DataReport(self.name, self.frames, boxes, sha256=self.content_hash)
+        tally = BoxTally()
+        tally.add(self.frame, self.cls, self.centre_m, self.size_m, self.rotation)
+        return DataReport(
+            self.name,
+            self.frames,
+            boxes,
+            sha256=self.content_hash,
+            statistics=tally.statistics((0.0, 0.0, 0.0)),
+        )
 
 
 def boxes_of(*rows: tuple[int, int, Sequence[float], Sequence[float], float], frames: int) -> Boxes:

@@ -41,7 +41,7 @@ def test_inside_a_closed_car_every_beam_hits_it_and_all_is_lost() -> None:
     )
     field = field_of(GRID)
     (found,) = audit(field, rig).sensors
-    assert found.shares["hits_car"] == 1.0 and found.stand.problem.endswith("m inside the body")
+    assert found.shares["hits_car"] == 1.0 and found.status.problem.endswith("m inside the body")
     free, cut = (
         Engine(field).evaluate(rig, MetricSettings(body=body)).scores.classes["car"].lidar  # type: ignore[arg-type]
         for body in ("ignored", "blocks")

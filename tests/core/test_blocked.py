@@ -19,7 +19,7 @@ from riglens.core.rig.model import BrownConrady, Camera, Lidar, LinearAngles, Ri
 from riglens.core.rig.yaml.file import dumps, loads, new_rig_file, rig_sha256
 from riglens.core.sensing.rays import local_directions, missing_ray_count, sensor_rays
 from riglens.core.sensors.base import HALVES, Blocked
-from riglens.core.sensors.radar import Radar, Scan
+from riglens.core.sensors.radar import Radar, RadarScan
 from riglens.core.sensors.ultrasonic import Ultrasonic
 from riglens.core.simulate.settings import SimulationSettings
 from riglens.core.simulate.sweeps import Simulator
@@ -63,8 +63,8 @@ SENSORS: tuple[Sensor, ...] = (
         name="radar",
         **PLACE,
         scans=(
-            Scan(azimuth_deg=(-9.0, 9.0), elevation_deg=(-7.0, 7.0), range_m=20.0),
-            Scan(azimuth_deg=(-60.0, 40.0), elevation_deg=(-10.0, 10.0), range_m=9.0),
+            RadarScan(azimuth_deg=(-9.0, 9.0), elevation_deg=(-7.0, 7.0), range_m=20.0),
+            RadarScan(azimuth_deg=(-60.0, 40.0), elevation_deg=(-10.0, 10.0), range_m=9.0),
         ),
     ),
     Ultrasonic(name="sound", **PLACE, azimuth_deg=(-50.0, 60.0)),

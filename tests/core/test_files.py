@@ -12,9 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from riglens.core import files
 from riglens.core.errors import InputError
-from riglens.core.files import atomic_folder, atomic_write, require_writable
+from riglens.core.files import atomic_folder, atomic_write, hold_lock, release_lock, require_writable
 
 
 def test_bytes_and_text_appear_under_the_name_asked_for(tmp_path: Path) -> None:
@@ -258,7 +257,6 @@ if where == "file":
         die()
 if where == "exchange":
     rename = os.rename
-    files._exchanged = lambda one, other: False
     os.rename = lambda one, other: (rename(one, other), die())
 if where == "clearing":
     files.shutil.rmtree = die
@@ -274,6 +272,13 @@ def killed(target: Path, where: str) -> None:
     assert done.returncode == -signal.SIGKILL
 
 
+def made_old(folder: Path) -> None:
+    """Make everything in the folder some days old."""
+    for path in folder.iterdir():
+        os.utime(path, (0, 0))
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="this system ends processes in another way")
 @pytest.mark.parametrize("where", ["filling", "exchange", "clearing"])
 def test_a_folder_whose_exchange_is_killed_is_whole_at_the_next_write_and_nothing_else_is_left(
     tmp_path: Path, where: str
@@ -282,65 +287,60 @@ def test_a_folder_whose_exchange_is_killed_is_whole_at_the_next_write_and_nothin
     atomic_folder(target, {"a.yaml": b"old"})
     killed(target, where)
     assert len(list(tmp_path.iterdir())) == 2
-    if where != "exchange":  # where the system exchanges names in one step, the folder is always there
-        assert (target / "a.yaml").read_bytes() == (b"new" if where == "clearing" else b"old")
+    write_file(tmp_path / "other", b"")
+    assert (target / "a.yaml").read_bytes() == (b"new" if where == "clearing" else b"old")
+    made_old(tmp_path)
     write_file(tmp_path / "other", b"")
     assert sorted(os.listdir(tmp_path)) == ["kit", "other"]
     assert (target / "a.yaml").read_bytes() == (b"new" if where == "clearing" else b"old")
 
 
-@pytest.mark.skipif(
-    sys.platform != "linux", reason="the system exchanges names in its own way, or not at all"
-)
-def test_folders_are_exchanged_in_one_step(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    target = tmp_path / "kit"
-    atomic_folder(target, {"a.yaml": b"old"})
-    monkeypatch.setattr(os, "rename", lambda *_: pytest.fail("there was a moment without the folder"))
-    atomic_folder(target, {"a.yaml": b"new"})
-    assert (target / "a.yaml").read_bytes() == b"new" and os.listdir(tmp_path) == ["kit"]
-
-
-def test_a_file_system_that_cannot_exchange_names_gets_the_folder_all_the_same(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(files, "_exchanged", lambda one, other: False)
-    test_a_folder_appears_whole_and_is_replaced_whole(tmp_path)
-
-
-def test_what_a_killed_run_left_is_removed_at_the_next_write(tmp_path: Path) -> None:
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="this system ends processes in another way")
+def test_what_a_killed_run_left_is_removed_once_it_is_old(tmp_path: Path) -> None:
+    (tmp_path / "rig.yaml").write_text("old")
     killed(tmp_path / "rig.yaml", "file")
-    (left,) = tmp_path.iterdir()
-    assert left.name.startswith(".rig.yaml.")
+    assert (tmp_path / "rig.yaml").read_text() == "old"
     write_file(tmp_path / "another.yaml", b"")
-    assert os.listdir(tmp_path) == ["another.yaml"]
+    assert len(os.listdir(tmp_path)) == 3  # it might still be written
+    made_old(tmp_path)
+    write_file(tmp_path / "another.yaml", b"")
+    assert sorted(os.listdir(tmp_path)) == ["another.yaml", "rig.yaml"]
 
 
-def test_an_earlier_run_with_the_same_process_number_is_known_as_such(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_is_being_written_and_files_of_users_are_left_alone(tmp_path: Path) -> None:
+    kept = {".a.tmp", ".a.0123456789ab.tmp", "a.riglens-0123456789ab.tmp", ".a.riglens-0123456789ab.tmpx"}
     with atomic_write(tmp_path / "rig.yaml"):
-        (left,) = tmp_path.iterdir()
-        (tmp_path / left.name.replace(files._RUN, "01234567")).touch()
-        write_file(tmp_path / "another.yaml", b"")
-        assert sorted(os.listdir(tmp_path)) == sorted([left.name, "another.yaml"])
+        for name in kept:
+            (tmp_path / name).touch()
+            os.utime(tmp_path / name, (0, 0))
+        write_file(tmp_path / "b", b"")
+    assert set(os.listdir(tmp_path)) == {*kept, "b", "rig.yaml"}
 
 
-def test_files_of_running_processes_other_machines_and_users_are_left_alone(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    here, run = files._place(), "01234567-0123456789ab.tmp"
-    kept = {
-        f".a.{here}-{os.getppid()}-{run}",  # it runs
-        f".a.deadbeef-999999999-{run}",  # elsewhere
-        ".a.0123456789ab.tmp",
-        f"a.{here}-999999999-{run}",
-        f".a.{here}-999999999-{run}x",
-    }
-    for name in kept:
-        (tmp_path / name).touch()
-    (tmp_path / f".a.{here}-999999999-{run}").touch()
-    write_file(tmp_path / "b", b"")
-    assert set(os.listdir(tmp_path)) == {*kept, "b"}
+# ---------------------------------------------------------------- locks
+
+
+def test_a_lock_has_one_holder_in_this_process_too_and_leaves_no_file(tmp_path: Path) -> None:
+    lock = hold_lock(tmp_path / "lock")
+    with pytest.raises(BlockingIOError):
+        hold_lock(tmp_path / "lock")
+    release_lock(lock)
+    assert not list(tmp_path.iterdir())
+    release_lock(hold_lock(tmp_path / "lock"))
+
+
+def test_a_killed_process_gives_its_lock_back(tmp_path: Path) -> None:
+    holder = (
+        "import sys; from pathlib import Path; from riglens.core.files import hold_lock\n"
+        "lock = hold_lock(Path(sys.argv[1])); print('held', flush=True); sys.stdin.read()"
+    )
+    command = [sys.executable, "-c", holder, str(tmp_path / "lock")]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+        assert process.stdout is not None and process.stdout.readline().strip() == b"held"
+        with pytest.raises(BlockingIOError):
+            hold_lock(tmp_path / "lock")
+        process.kill()
+    release_lock(hold_lock(tmp_path / "lock"))
 
 
 @pytest.mark.parametrize("name", ["n" * 255, "δ" * 127])

@@ -115,6 +115,11 @@ def test_counts_for_more_or_fewer_voxels_are_refused(path: Path, change: int) ->
     assert "counts must" in refused(path)
 
 
+STATISTICS: dict[str, Any] = {
+    "placed": {}, "sizes": {}, "bottoms": {}, "frames": 0, "most": 0, "origin_m": None, "is_origin_known": False,
+}  # fmt: skip
+
+
 @pytest.mark.parametrize(
     ("name", "value"),
     [
@@ -146,6 +151,21 @@ def test_counts_for_more_or_fewer_voxels_are_refused(path: Path, change: int) ->
         ("sha256", {}),
         ("notes", "a text"),
         ("notes", [1]),
+        ("statistics", 7),
+        ("statistics", {"placed": {}}),
+        *(
+            ("statistics", STATISTICS | wrong)
+            for wrong in (
+                {"placed": {"-1": 1}},
+                {"placed": {"60": 1}},
+                {"sizes": {"1e3": 1}},
+                {"bottoms": {"9" * 5000: 1}},
+                {"bottoms": {"0": 10**400}},
+                {"origin_m": [0.0, 0.0]},
+                {"origin_m": [0.0, 0.0, float("nan")]},
+                {"most": -1},
+            )
+        ),
         ("voxel_m", "0.5"),
         ("voxel_m", 10**400),
         ("voxel_m", float("nan")),
@@ -171,7 +191,7 @@ def test_headers_of_something_else_are_refused(path: Path, header: str) -> None:
 
 def test_header_fields_that_an_older_file_lacks_have_defaults(path: Path) -> None:
     header = json.loads(str(arrays_of(path)["header"]))
-    for name in ("notes", "sequences"):
+    for name in ("notes", "sequences", "statistics"):
         del header[name]
     rewrite(path, header=json.dumps(header))
     assert load_pog(path).data.sequences == 1

@@ -55,7 +55,7 @@ def assert_same(found: Pog, expected: Pog) -> None:
     assert np.array_equal(found.index.words, expected.index.words)
     assert found.counts.dtype == expected.counts.dtype
     assert np.array_equal(found.counts, expected.counts)
-    for name in ("frames", "boxes", "unmapped", "notes", "sequences"):
+    for name in ("frames", "boxes", "unmapped", "notes", "sequences", "statistics"):
         assert getattr(found.data, name) == getattr(expected.data, name)
 
 

@@ -61,7 +61,9 @@ def test_a_saved_pog_comes_back_as_it_was(pog: Pog, tmp_path: Path) -> None:
     )
     told = replace(pog, data=data)
     save_pog(told, tmp_path / "x.npz")
-    assert_same(load_pog(tmp_path / "x.npz"), told)
+    found = load_pog(tmp_path / "x.npz")
+    assert_same(found, told)
+    assert found.data.statistics == told.data.statistics is not None
 
 
 def test_a_missing_file_a_folder_and_foreign_files_are_refused(tmp_path: Path) -> None:

@@ -53,7 +53,7 @@ def lidar(rays: Any = PRISMS, **fields: Any) -> Lidar:
 
 
 def test_two_prisms_draw_a_ring_between_the_difference_and_the_sum_of_their_angles() -> None:
-    shots = PRISMS.shots()
+    shots = PRISMS.ray_rows()
     off_deg = np.hypot(shots.azimuth_deg, shots.elevation_deg)
     assert off_deg.min() >= 1.0 - 1e-9 and off_deg.max() <= 35.0 + 1e-9
     assert off_deg.min() < 1.5 and off_deg.max() > 34.5
@@ -67,7 +67,7 @@ def test_lasers_fire_in_turn_each_from_its_own_place() -> None:
         swings=(Swing(rate_hz=10.0, azimuth_deg=40.0, elevation_deg=4.0, wave="ramp"),),
         lasers_deg=((0.0, 0.0), (1.0, 20.0)),
     )
-    shots = scan.shots()
+    shots = scan.ray_rows()
     assert scan.ray_count == 10 and lidar(scan).resolution == (5, 2)
     np.testing.assert_allclose(shots.time_s, [0.0, 0.02, 0.04, 0.06, 0.08, 0.01, 0.03, 0.05, 0.07, 0.09])
     np.testing.assert_allclose(shots.azimuth_deg[:5], [-40.0, -24.0, -8.0, 8.0, 24.0])
@@ -79,7 +79,7 @@ def test_azimuths_beyond_half_a_turn_come_in_on_the_other_side() -> None:
     scan = Scan(
         points_per_s=4.0, integration_s=1.0, swings=(Swing(rate_hz=1.0, azimuth_deg=200.0, wave="ramp"),)
     )
-    np.testing.assert_allclose(scan.shots().azimuth_deg, [160.0, -100.0, 0.0, 100.0])
+    np.testing.assert_allclose(scan.ray_rows().azimuth_deg, [160.0, -100.0, 0.0, 100.0])
 
 
 @pytest.mark.parametrize(
@@ -112,8 +112,8 @@ def test_a_raster_stands_in_for_it_over_the_same_field_of_view() -> None:
     raster = lidar().raster()
     np.testing.assert_array_equal(lidar().elevations(), raster.elevations())
     assert isinstance(raster.rays, type(None)) and 250 <= raster.ray_count <= 300
-    assert raster.azimuths().max() == pytest.approx(PRISMS.shots().azimuth_deg.max())
-    assert raster.elevations().min() == pytest.approx(PRISMS.shots().elevation_deg.min())
+    assert raster.azimuths().max() == pytest.approx(PRISMS.ray_rows().azimuth_deg.max())
+    assert raster.elevations().min() == pytest.approx(PRISMS.ray_rows().elevation_deg.min())
     beams = lidar(None, elevations_deg=(0.0, 1.0))
     assert beams.raster() is beams
 
@@ -173,7 +173,7 @@ def test_a_table_is_read_from_the_folder_of_the_rig(tmp_path: Path, name: str) -
     file = load_rig(rig_naming(tmp_path, f"{{file: {name}, integration_s: 0.02}}"))
     (sensor,) = file.rig.enabled_lidars()
     assert sensor.ray_count == 20 and isinstance(sensor.rays, RayTable)
-    np.testing.assert_allclose(sensor.rays.shots().azimuth_deg, np.linspace(-30.0, 30.0, 50)[:20])
+    np.testing.assert_allclose(sensor.rays.ray_rows().azimuth_deg, np.linspace(-30.0, 30.0, 50)[:20])
     longer = sensor.replace(rays=sensor.rays.replace(integration_s=0.03))
     assert longer.ray_count == 30  # from what has been read
     changed = file.updated(file.rig.with_sensor("L", longer))
@@ -197,8 +197,8 @@ def test_the_columns_of_livox_are_understood(tmp_path: Path) -> None:
     (tmp_path / "mid.csv").write_text("Time/s,Azimuth/deg,Zenith/deg\n0.0,350.0,95.0\n0.01,10.0,80.0\n")
     (sensor,) = load_rig(rig_naming(tmp_path, "{file: mid.csv}")).rig.enabled_lidars()
     assert isinstance(sensor.rays, RayTable)
-    assert sensor.rays.shots().azimuth_deg.tolist() == [-10.0, 10.0]
-    assert sensor.rays.shots().elevation_deg.tolist() == [-5.0, 10.0]
+    assert sensor.rays.ray_rows().azimuth_deg.tolist() == [-10.0, 10.0]
+    assert sensor.rays.ray_rows().elevation_deg.tolist() == [-5.0, 10.0]
 
 
 def test_the_hash_of_a_rig_holds_the_content_of_its_table(tmp_path: Path) -> None:

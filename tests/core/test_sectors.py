@@ -23,7 +23,7 @@ from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.columns import unpack
 from riglens.core.sensing.rays import limits_m, local_directions, sensor_rays
 from riglens.core.sensors.kind import Echo
-from riglens.core.sensors.radar import RADAR, Radar, Scan, cells, range_share
+from riglens.core.sensors.radar import RADAR, Radar, RadarScan, cells, range_share
 from riglens.core.sensors.ultrasonic import Ultrasonic, reach_m
 from riglens.core.targets.detection_range import SIZES_M
 from riglens.core.targets.engine import TargetEngine
@@ -33,14 +33,14 @@ from tests.core.builders import field_of, grid_of, random_field, rig_of, seen_ra
 from tests.core.targets.brute_force import entries
 from tests.core.targets.cases import random_traffic, traffic
 
-FAR = Scan(
+FAR = RadarScan(
     azimuth_deg=(-9.0, 9.0), elevation_deg=(-7.0, 7.0), range_m=200.0, resolution_deg=2.0, resolution_m=2.0
 )
-NEAR = Scan(azimuth_deg=(-60.0, 60.0), elevation_deg=(-10.0, 10.0), range_m=50.0)
+NEAR = RadarScan(azimuth_deg=(-60.0, 60.0), elevation_deg=(-10.0, 10.0), range_m=50.0)
 ALL_ROUND = ((-180.0, 180.0), (-60.0, 60.0))
 
 
-def radar(position: Any = (0.0, 0.0, 1.0), *scans: Scan, name: str = "radar", **fields: Any) -> Radar:
+def radar(position: Any = (0.0, 0.0, 1.0), *scans: RadarScan, name: str = "radar", **fields: Any) -> Radar:
     return Radar(name=name, position=position, scans=scans or (FAR, NEAR), **fields)
 
 
@@ -71,7 +71,7 @@ def test_unless_told_otherwise_sound_goes_as_far_to_one_side_as_to_the_other() -
 
 def test_a_sector_covers_the_area_that_its_angle_and_range_say() -> None:
     grid = grid_of(240, 240, 2, 0.5)
-    flat = Scan(azimuth_deg=(-30.0, 30.0), elevation_deg=(-0.2, 0.2), range_m=40.0)
+    flat = RadarScan(azimuth_deg=(-30.0, 30.0), elevation_deg=(-0.2, 0.2), range_m=40.0)
     seen = unpack(
         grid,
         Engine(field_of(grid), 1)
@@ -115,7 +115,7 @@ def test_a_wide_object_is_heard_from_farther_away() -> None:
 )
 def test_wrong_scans_are_refused(scan: dict[str, Any], said: str) -> None:
     with pytest.raises(ValidationError, match=said):
-        Scan(**({"azimuth_deg": (-9.0, 9.0), "elevation_deg": (-7.0, 7.0), "range_m": 200.0} | scan))
+        RadarScan(**({"azimuth_deg": (-9.0, 9.0), "elevation_deg": (-7.0, 7.0), "range_m": 200.0} | scan))
 
 
 def test_a_wall_is_never_heard_from_nearer_than_a_pole() -> None:
@@ -134,7 +134,7 @@ def test_a_rig_file_gives_them_back() -> None:
 def random_sensors(rng: np.random.Generator) -> list[Sensor]:
     """A radar of one to three scans and an ultrasonic sensor, anywhere near the car."""
     scans = tuple(
-        Scan(
+        RadarScan(
             azimuth_deg=tuple(sorted(rng.uniform(-80.0, 80.0, 2).tolist())),
             elevation_deg=tuple(sorted(rng.uniform(-30.0, 30.0, 2).tolist())),
             range_m=float(rng.uniform(2.0, 60.0)),
@@ -293,7 +293,7 @@ def test_an_object_is_detected_up_to_the_range_of_its_class() -> None:
 
 
 def test_objects_in_one_resolution_cell_count_once() -> None:
-    one = Scan(
+    one = RadarScan(
         azimuth_deg=(-40.0, 40.0),
         elevation_deg=(-20.0, 20.0),
         range_m=80.0,
@@ -318,7 +318,7 @@ def test_redundancy_counts_them_as_kinds_of_their_own() -> None:
     held = traffic([(0, 0, (4.0, 0.0, 0.75), (4.0, 1.8, 1.5), 0.0)]).within(1e6)
     rig = Rig(sensors=(radar(), sound((1.9, 0.0, 0.5))))
     found = TargetEngine(held, 1).evaluate(rig, EXACT)
-    covered = target_coverage(held, rig, found.objects, 5)
+    covered = target_coverage(found)
     assert covered.covered.sum(axis=(0, 2)).tolist() == [1, 1, 0, 1]
 
 

@@ -1,13 +1,16 @@
 """A survey counts boxes by direction and distance, and finds the ground below them."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from riglens.core.scene.survey import CLASSES, RINGS_M, SECTORS, survey
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.scene.statistics import RINGS_M, SECTORS, BoxStatistics, BoxTally
+from riglens.core.scene.survey import doubts, survey
 from tests.core.builders import Boxes, boxes_of
 
 CAR = (4.5, 1.9, 1.6)
@@ -78,6 +81,33 @@ def test_the_ground_is_found_among_outliers(ground_m: float, seed: int) -> None:
     assert ground.height_m == pytest.approx(ground_m, abs=0.06)
     assert ground.lift_m == pytest.approx(-ground_m, abs=0.07)
     assert ground.boxes == 50
+
+
+def test_a_ground_off_zero_is_doubted_with_the_origin_that_mends_it() -> None:
+    off, level = boxes_on(-1.7, 1), boxes_on(0.05, 1)
+    (doubt,) = doubts(off.report())
+    origin_m = doubt.remedies["origin_m"]
+    assert isinstance(origin_m, tuple) and origin_m[2] == pytest.approx(1.7, abs=0.06)
+    assert doubts(level.report()) == []
+    tally = replace(off.report().statistics or BoxStatistics(), is_origin_known=True)
+    assert doubts(replace(off.report(), statistics=tally)) == []  # the format says where the ground is
+    assert doubts(replace(off.report(), statistics=None)) == []
+
+
+@given(st.integers(0, 1000), st.integers(1, 59))
+def test_statistics_of_parts_add_up_to_those_of_the_whole(seed: int, border: int) -> None:
+    whole = boxes_on(-1.0, seed)
+    tallies = []
+    for rows in (whole.frame < border, whole.frame >= border):
+        tallies.append(BoxTally())
+        columns = (whole.frame, whole.cls, whole.centre_m, whole.size_m, whole.rotation)
+        tallies[-1].add(*(column[rows] for column in columns))
+    parts = [tally.statistics((0.0, 0.0, 0.0)) for tally in tallies]
+    assert BoxStatistics.joined(parts) == whole.report().statistics
+    assert BoxStatistics.joined([parts[0], None]) is None
+    moved = replace(parts[0], origin_m=(1.0, 0.0, 0.0))
+    joined = BoxStatistics.joined([moved, parts[1]])
+    assert joined is not None and joined.origin_m is None
 
 
 def test_pedestrians_stand_in_where_there_are_no_cars() -> None:

@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 from riglens.core.blind.zones import BlindEngine, BlindSettings
 from riglens.core.engine.engine import Engine
+from riglens.core.figures.heatmaps import Heatmaps, Marks
+from riglens.core.figures.registry import voxel_heat_map
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import PAPER_SETTINGS
 from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig
@@ -22,8 +24,6 @@ from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Pog
 from riglens.core.view.display import DisplayGrid
 from riglens.evaluation.ground_map import ground_map
-from riglens.evaluation.heatmap import Heatmaps, marks_for
-from riglens.evaluation.options import HeatMode
 from riglens.rendering.picture import Findings, PictureWords, with_words
 from riglens.widgets.heatmap.scale import HeatLook
 from riglens.widgets.sensors.ray_look import RayLook
@@ -57,17 +57,24 @@ def scene() -> tuple[Pog, EntropyField]:
     return pog, EntropyField.from_pog(pog)
 
 
-def state(mode: HeatMode, dark: bool, words: PictureWords, look: HeatLook | None = None) -> SceneState:
+def state(mode: str, dark: bool, words: PictureWords, look: HeatLook | None = None) -> SceneState:
     """The scene of a picture, evaluated anew."""
     pog, field = scene()
     engine = Engine(field, 1)
     evaluation = engine.evaluate(RIG)
-    marks = marks_for(mode, engine, evaluation)
+    heat = voxel_heat_map(mode)
+    assert heat is not None
+    marks = Marks(heat.sets(engine, evaluation))
     before = engine.evaluate(BEFORE)
-    marks = replace(marks, baseline=before.seen_by_any(), baseline_name="before")
-    heat = Heatmaps(DisplayGrid.build(pog, field)).heatmap(mode, "car", marks)
+    marks = replace(marks, baseline=heat.sets(engine, before), baseline_name="before")
+    cells = Heatmaps(DisplayGrid.build(pog, field)).drawn(heat, "car", marks)
     shown = SceneState(
-        rig=RIG, grid=GRID, heatmap=heat, heat_look=look or HeatLook(), palette=palette(dark), selected="roof"
+        rig=RIG,
+        grid=GRID,
+        heatmap=cells,
+        heat_look=look or HeatLook(),
+        palette=palette(dark),
+        selected="roof",
     )
     return with_words(shown, words, Findings(RIG, evaluation.scores, PAPER_SETTINGS, field))
 

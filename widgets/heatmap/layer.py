@@ -16,6 +16,7 @@ from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 from vtkmodules.vtkCommonDataModel import vtkCellArray
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper, vtkRenderer
 
+from riglens.core.view.heatmap_data import HeatmapData
 from riglens.widgets.drawing.actors import numpy_of, vtk_ids
 from riglens.widgets.drawing.camera import OrbitCamera, Size
 from riglens.widgets.heatmap.levels import (
@@ -31,7 +32,6 @@ from riglens.widgets.heatmap.pick import CAR_CENTRE_M, CAR_RADII_M, CLEAR_BEFORE
 from riglens.widgets.heatmap.scale import (
     DEFAULT_LOOK,
     HeatLook,
-    HeatmapData,
     alphas,
     colour_rows,
     colours,

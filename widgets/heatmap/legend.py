@@ -11,6 +11,7 @@ import numpy as np
 import pyvista as pv
 from vtkmodules.vtkRenderingCore import vtkActor2D, vtkRenderer, vtkTextActor
 
+from riglens.core.view.heatmap_data import HeatmapData
 from riglens.widgets.drawing.camera import Size
 from riglens.widgets.drawing.label import (
     ColourBar,
@@ -21,7 +22,7 @@ from riglens.widgets.drawing.label import (
     text_actor,
     unit_px,
 )
-from riglens.widgets.heatmap.scale import HeatLook, HeatmapData, Tick, bar_colours, bar_ticks
+from riglens.widgets.heatmap.scale import HeatLook, Tick, bar_colours, bar_ticks
 from riglens.widgets.theme import Palette, rgb
 
 _WIDTH_PX, _MARGIN_PX, _INSET_PX = 284, 12, 14

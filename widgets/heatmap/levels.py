@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from riglens.core.view.heatmap_data import HeatmapData, Values
 from riglens.widgets.drawing.camera import OrbitCamera, Size
-from riglens.widgets.heatmap.scale import HeatmapData, Values
 
 DRAG_CELLS = 30_000
 

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from riglens.core.view.heatmap_data import HeatmapData
 from riglens.widgets.drawing.camera import OrbitCamera, Points, Size, ViewRay
-from riglens.widgets.heatmap.scale import HeatLook, HeatmapData, in_slice, strength
+from riglens.widgets.heatmap.scale import HeatLook, in_slice, strength
 
 CAR_CENTRE_M = (0.0, 0.0, 1.4)
 CAR_RADII_M = (3.2, 1.8, 2.1)

@@ -5,18 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Literal
 
 import matplotlib
 import numpy as np
 from numpy.typing import NDArray
 
+from riglens.core.view.heatmap_data import HeatmapData, Scale, Values
 from riglens.widgets.theme import mix, rgb
 
-Scale = Literal["ramp", "level", "steps", "change"]
-"""ramp: from low to high, which is also from clear to opaque; level: from low to high, as opaque as weights say; steps:
-a few named values; change: from lost through nothing to gained."""
-Values = NDArray[np.float32]
 COLOUR_MAP, LEVEL_MAP = "inferno", "viridis"
 STEP_COLOURS = ("#d7301f", "#fdae61", "#9fd4ea", "#2c7bb6")
 LOST_COLOUR, NONE_COLOUR, GAINED_COLOUR = "#e5383b", "#9aa3ad", "#2f7df6"
@@ -43,29 +39,6 @@ class HeatLook:
 
 
 DEFAULT_LOOK = HeatLook()
-
-
-@dataclass(frozen=True, eq=False)
-class HeatmapData:
-    """Content of the heatmap: cell centres (m, 3) and edge in metres, a value per cell (m,), and its legend.
-
-    Pass the same `centres_m` array again when only the values change: then nothing else is recomputed.
-    `note` says which grid is shown (e.g. "cells of 0.4 m, sum of 4³ voxels"). With `steps` the values are places
-    in `labels`, and with `level` they begin with 0; `weights` (m,) from 0 to 1 then decide how opaque a cell is. With
-    `change` they are signed.
-    """
-
-    centres_m: Values
-    cell_m: float
-    values: Values
-    title: str
-    unit: str
-    vmin: float
-    vmax: float
-    note: str = ""
-    scale: Scale = "ramp"
-    labels: tuple[str, ...] = ()
-    weights: Values | None = None
 
 
 @dataclass(frozen=True)

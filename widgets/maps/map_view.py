@@ -42,7 +42,7 @@ from riglens.widgets.maps.paint import SHARE_MAP, argb, colours, draw_message, i
 from riglens.widgets.panels.controls.style import small_font, tones
 
 if TYPE_CHECKING:  # made by the thread that counts, which loads the compiler
-    from riglens.core.targets.ground import GroundView
+    from riglens.core.figures.heatmaps import OverGround
 
 _WORDS_PX = 30.0
 _LEGEND_PX = 30.0 + _WORDS_PX
@@ -63,7 +63,7 @@ class MapPicture(QWidget):
         self._grid = VoxelGrid()
         self._top: TopView | None = None
         self._image: QImage | None = None
-        self._ground: tuple[GroundView, str] | None = None
+        self._ground: OverGround | None = None
         self._lowest: Lowest | None = None
         self._message = ""
         self._gap: Gap | None = None
@@ -92,9 +92,9 @@ class MapPicture(QWidget):
         self._top, self._image = top, None
         self.update()
 
-    def set_ground(self, ground: GroundView | None, mode: str) -> None:
-        """Show objects over the ground instead of coverage: "on_target" or "missed"; None for coverage."""
-        self._ground, self._image = None if ground is None else (ground, mode), None
+    def set_ground(self, ground: OverGround | None) -> None:
+        """Show objects over the ground instead of coverage, None for coverage."""
+        self._ground, self._image = ground, None
         self.update()
 
     def set_lowest(self, lowest: Lowest | None) -> None:
@@ -147,7 +147,7 @@ class MapPicture(QWidget):
         if self._lowest is not None:
             return f"{place} · {lowest_text(self._lowest, (x, y))}"
         if self._ground is not None:
-            return f"{place} · {ground_text(*self._ground, (x, y))}"
+            return f"{place} · {ground_text(self._ground, (x, y))}"
         cell = self._top.cell_at(x, y) if self._top is not None else None
         if self._top is None or cell is None:
             return f"{place} · outside the ROI" if self._top is not None else place
@@ -161,7 +161,7 @@ class MapPicture(QWidget):
         if self._lowest is not None:
             said.append(lowest_summary(self._lowest))
         elif self._ground is not None:
-            said.append(summary_of(*self._ground))
+            said.append(summary_of(self._ground))
         elif self._top is not None and not self._top.is_empty:
             share = 100 * self._top.blind_share()
             said.append(f"{share:.1f} % of the area with {MANY[self._top.class_name]} is blind")
@@ -204,7 +204,7 @@ class MapPicture(QWidget):
         painter.end()
 
     def _draw_cells(self, painter: QPainter, view: PlaneView) -> None:
-        shown = self._lowest or (self._top if self._ground is None else self._ground[0])
+        shown = self._lowest or (self._top if self._ground is None else self._ground.ground)
         if shown is None:
             return
         if self._image is None:
@@ -224,7 +224,7 @@ class MapPicture(QWidget):
         if self._lowest is not None:
             return lowest_colours(self._lowest)
         if self._ground is not None:
-            return ground_colours(*self._ground)
+            return ground_colours(self._ground)
         assert self._top is not None
         return np.asarray(_cell_colours()[self._top.levels])
 
@@ -239,7 +239,7 @@ class MapPicture(QWidget):
         elif self._ground is None:
             draw_legend(painter, room, look)
         else:
-            draw_ground_legend(painter, room, *self._ground, look)
+            draw_ground_legend(painter, room, self._ground, look)
         box = QRectF(8.0, top + 28.0, self.width() - 16.0, _WORDS_PX)
         painter.setPen(QColor(look.muted))
         painter.drawText(box, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop, AXES)

@@ -14,7 +14,7 @@ from riglens.core.sensors.lidar import LIDAR, Lidar
 from riglens.core.sensors.radar import RADAR
 from riglens.core.sensors.registry import BUILT_IN, kind_named
 from riglens.core.sensors.ultrasonic import ULTRASONIC
-from riglens.widgets.sensors.ways import CAMERA_WAYS, LIDAR_WAYS, Ways
+from riglens.widgets.sensors.field_variants import CAMERA_VARIANTS, LIDAR_VARIANTS, FieldVariants
 from riglens.widgets.theme import Palette, mix
 
 Shape = Literal["puck", "box", "lens"]
@@ -40,7 +40,7 @@ class Appearance:
     has_corners: whether the rays in the corners of the lattice bound the field of view.
     is_fan: whether each block of the lattice is drawn as its middle row alone, with an arc at its range.
     scale: of the shape, where the library does not know the size.
-    heading: above its own fields; ways: fields among them that can be given in several ways.
+    heading: above its own fields; variants: fields among them that can be given in several ways.
     """
 
     colour: str = "#8b5cf6"
@@ -54,7 +54,7 @@ class Appearance:
     is_fan: bool = False
     scale: float = 1.0
     heading: str = "Sensor"
-    ways: tuple[Ways, ...] = ()
+    variants: tuple[FieldVariants, ...] = ()
 
 
 def _lidar_shape(lidar: Lidar) -> Shape:
@@ -83,7 +83,7 @@ APPEARANCES = {
         beams=_lidar_beams,
         outline=Lidar.raster,
         heading="Beams",
-        ways=LIDAR_WAYS,
+        variants=LIDAR_VARIANTS,
     ),
     CAMERA.name: Appearance(
         colour="#f97316",
@@ -93,7 +93,7 @@ APPEARANCES = {
         cuboid="lens",
         has_corners=True,
         heading="Image and lens",
-        ways=CAMERA_WAYS,
+        variants=CAMERA_VARIANTS,
     ),
     RADAR.name: Appearance(
         colour="#84cc16",

@@ -23,7 +23,7 @@ from riglens.widgets.viewport.drawn_scene import DrawnScene
 from riglens.widgets.viewport.view import Tool, View
 
 Button = Literal["left", "middle", "right", "none"]
-Gesture = Literal["orbit", "pan", "zoom", "box", "brush", "pick", "none"]
+Gesture = Literal["orbit", "pan", "zoom", "box", "pick", "none"]
 """Action of a drag that grasped no handle."""
 
 
@@ -125,10 +125,7 @@ class ViewController:
             self._gesture = "pick"
         if self._gesture != "orbit" or self.is_placing or self.tool == "measure":
             return
-        if self.tool == "paint":
-            self._begin_stroke(pixel)
-        else:
-            self._grasp(pixel)
+        self._grasp(pixel)
 
     def move(self, pixel: Pixel, inverted: bool = False) -> None:
         """Handle a move of the mouse, with or without a button; `inverted` is Ctrl."""
@@ -138,8 +135,6 @@ class ViewController:
             self._drag_to(pixel)
         elif not self.busy:
             self._hover(pixel)
-        elif self._gesture == "brush":
-            self._brush(pixel)
         elif self._is_drag(pixel) and self._gesture == "box":
             self._boxing((self._pressed, pixel))
         elif self._moved:
@@ -162,8 +157,6 @@ class ViewController:
         gesture, self._gesture = self._gesture, "none"
         if self._held is not None and (self._held.drag is not None or (is_click and button == "left")):
             self._let_go(pixel)
-        elif gesture == "brush":
-            self._view.brush_ended.emit(True)
         elif gesture == "pick":
             if is_click:
                 self._view.cell_picked.emit(self._scene.under_mouse.cell(pixel))
@@ -181,8 +174,6 @@ class ViewController:
         if self.tool == "measure":
             self._view.place_picked.emit(self._scene.place_at(pixel))
             return
-        if self.tool == "paint":
-            return
         name = self._scene.under_mouse.sensor(pixel)
         if not adding:
             self._view.sensor_picked.emit(name)
@@ -192,7 +183,7 @@ class ViewController:
     def double_click(self, pixel: Pixel) -> None:
         """Look at the sensor under the mouse from close by."""
         name = self._scene.under_mouse.sensor(pixel)
-        if name is not None and self._held is None and self.tool not in ("measure", "paint"):
+        if name is not None and self._held is None and self.tool != "measure":
             self._scene.frame((name,))
             self._changed()
 
@@ -219,14 +210,10 @@ class ViewController:
         return self.cancel()
 
     def cancel(self) -> bool:
-        """Give up a drag, a placing, a stroke or a box and restore what was before it. False when there was none."""
+        """Give up a drag, a placing or a box and restore what was before it. False when there was none."""
         if self._gesture == "box":
             self._button = self._gesture = "none"
             self._boxing(None)
-            return True
-        if self._gesture == "brush":
-            self._button = self._gesture = "none"
-            self._view.brush_ended.emit(False)
             return True
         held = self._held
         if held is None:
@@ -343,25 +330,13 @@ class ViewController:
 
     def _hover(self, pixel: Pixel) -> None:
         sensor = self._scene.under_mouse.sensor(pixel)
-        handle = None if self.tool in ("measure", "paint") else self._scene.under_mouse.handle(pixel)
+        handle = None if self.tool == "measure" else self._scene.under_mouse.handle(pixel)
         is_changed = self._scene.set_hovered(handle or sensor)
         if self.tool == "measure" and self._scene.aim_at(pixel):
             self._scene.set_quick(True)
             is_changed = True
         if is_changed:
             self._changed()
-
-    def _begin_stroke(self, pixel: Pixel) -> None:
-        """Put the brush on the car; off the car the drag orbits the view."""
-        point_m = self._scene.skin_at(pixel)
-        if point_m is not None:
-            self._gesture = "brush"
-            self._view.brushed.emit(point_m, True)
-
-    def _brush(self, pixel: Pixel) -> None:
-        point_m = self._scene.skin_at(pixel)
-        if point_m is not None:
-            self._view.brushed.emit(point_m, False)
 
     def _is_drag(self, pixel: Pixel) -> bool:
         """Return whether the mouse has left the place of a click."""

@@ -18,7 +18,6 @@ from riglens.core.geometry import Pose, Vec3
 from riglens.core.rig.groups import Poses
 from riglens.core.rig.model import Sensor
 from riglens.core.vehicle.placing import placed
-from riglens.widgets.car.keep_out_layer import KeepOutLayer
 from riglens.widgets.car.layer import BodyLayer
 from riglens.widgets.drawing.camera import WIDEST_M, OrbitCamera, Pixel, Size, ViewRay, framed, view_camera
 from riglens.widgets.drawing.stage import Stage
@@ -77,7 +76,7 @@ class DrawnScene:
         self._ground, self._roi = GroundLayer(stage.backdrop, stage.main), RoiLayer(stage.main)
         self._ground_map, self._post = GroundMapLayer(stage.main), PostLayer(stage.main)
         self._standing = Standing(stage, clock, (self._ground_map.prop,))
-        self._keep_out, self._skin_gain = KeepOutLayer(stage.main), GainLayer(stage.main)
+        self._skin_gain = GainLayer(stage.main)
         self._body, self._rig = BodyLayer(stage.main, stage.backdrop), RigLayer(stage.main, stage.rays)
         self._heatmap = HeatmapLayer(stage.cells, stage.haze)
         self._traffic = TrafficLayer(stage.main)
@@ -139,7 +138,6 @@ class DrawnScene:
             ({"grid", "palette", "show_ground"}, lambda s: self._ground.set_shown(s.show_ground)),
             (_BODIES, lambda s: self._rig.show_bodies(s, self._hovered)),
             ({"ghosts", "palette"}, self._rig.show_ghosts),
-            ({"vehicle", "keep_out"}, lambda s: self._keep_out.show(s.vehicle, s.keep_out)),
             ({*_BODIES, "masts"} - {"failed"}, self._masts.show),
             ({"rig", "hidden", "ray_look", "stubs"}, self._stubs.show),
             ({"heat_look"}, lambda s: self._heatmap.set_look(s.heat_look)),
@@ -261,12 +259,6 @@ class DrawnScene:
         if point is not None and (ground is None or _along(ray, point) <= _along(ray, ground)):
             return Place(_vec3(point), BODY)
         return None if ground is None else Place(_vec3(ground), GROUND)
-
-    def skin_at(self, pixel: Pixel) -> Vec3 | None:
-        """Return the place on the car's skin under a pixel, metres; None off the car."""
-        self._bring_car()
-        point = self._body.point(self._state.camera.ray(pixel, self.size))
-        return None if point is None else _vec3(point)
 
     def _is_behind_car(self, place_m: NDArray[np.float64]) -> bool:
         """Return whether the car hides a place from the viewer."""

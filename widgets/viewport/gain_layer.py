@@ -8,10 +8,12 @@ from numpy.typing import NDArray
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from riglens.core.rig.model import Vehicle
-from riglens.widgets.car.keep_out_layer import skin_parts
+from riglens.core.view.heatmap_data import HeatmapData, Values
+from riglens.widgets.car.layer import mesh_surface
+from riglens.widgets.car.parts import Parts, drawn_parts
 from riglens.widgets.drawing.actors import Material, hidden, surface_actor
 from riglens.widgets.drawing.surface import join, set_normals
-from riglens.widgets.heatmap.scale import HeatmapData, Values, colour_rows, colours
+from riglens.widgets.heatmap.scale import colour_rows, colours
 
 REACH_M = 0.16
 """A place farther than this from every spot keeps the colour of the car."""
@@ -50,11 +52,18 @@ class GainLayer:
         self._actor.mapper.SetInputData(self.mesh)
 
 
+def _skin_parts(vehicle: Vehicle) -> Parts:
+    """Return the surfaces of a car by material; that of a mesh file has one without a name."""
+    if vehicle.body_mesh is not None:
+        return {"": mesh_surface(vehicle.body_mesh.placed(vehicle.mesh))}
+    return drawn_parts(vehicle)
+
+
 def _near_skin(vehicle: Vehicle, spots_m: Values) -> tuple[pv.PolyData, NDArray[np.int64]]:
     """Return the skin near spots, a little off the car, and the number of the nearest spot of each of its points."""
     from scipy.spatial import cKDTree  # slow to load
 
-    parts = skin_parts(vehicle)
+    parts = _skin_parts(vehicle)
     skin = join([mesh for name, mesh in parts.items() if name in SKIN])
     points = np.asarray(skin.points)
     away, nearest = map(np.asarray, cKDTree(spots_m).query(points, distance_upper_bound=REACH_M))

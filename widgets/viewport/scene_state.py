@@ -10,10 +10,10 @@ from riglens.core.rig.groups import Poses, centre_m
 from riglens.core.rig.model import Rig, Sensor, Vehicle
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.vehicle.placing import FREE, PlacingRules
-from riglens.widgets.car.keep_out import KeepOut
+from riglens.core.view.heatmap_data import HeatmapData
 from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.gizmo.drag import GizmoMode, Space
-from riglens.widgets.heatmap.scale import DEFAULT_LOOK, HeatLook, HeatmapData
+from riglens.widgets.heatmap.scale import DEFAULT_LOOK, HeatLook
 from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, RayLook
 from riglens.widgets.theme import DARK, Palette
 from riglens.widgets.traffic.frame import ShownFrame
@@ -89,7 +89,6 @@ class SceneState:
     marker: Marker | None = None
     post: Post | None = None
     measured: Measured | None = None
-    keep_out: KeepOut | None = None
     masts: tuple[Mast, ...] = ()
     stubs: Stubs | None = None
     ghosts: tuple[Sensor, ...] = ()

@@ -11,11 +11,11 @@ from PySide6.QtWidgets import QWidget
 from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.viewport.scene_state import SceneState
 
-Tool = Literal["pick", "measure", "paint"]
+Tool = Literal["pick", "measure"]
 """Use of the left button in place of selecting and dragging sensors.
 
 pick: a click picks a cell of the heatmap, as one with Alt always does. measure: clicks choose places to measure
-between, and drags still turn the view. paint: it paints on the car, and off the car it turns the view.
+between, and drags still turn the view.
 """
 
 
@@ -55,10 +55,6 @@ class View(QWidget):
     """The PickedCell of the heatmap that was clicked, None if no cell is drawn."""
     place_picked = Signal(object)
     """The Place that was clicked while measuring, None if nothing can be measured."""
-    brushed = Signal(object, bool)
-    """While painting, the brush touches the car's skin at this place, a Vec3 in metres; True: a stroke begins."""
-    brush_ended = Signal(bool)
-    """The brush was lifted; False: the stroke was given up."""
     escaped = Signal()
     """Escape was pressed in the view while nothing was being dragged."""
     drawn = Signal()

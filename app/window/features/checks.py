@@ -48,7 +48,7 @@ class LiveCheck(Feature, Generic[Page, Request, Answer]):
         self._asked: Request | None = None
         self.serve(worker, self._take)
         self.in_sight = add_check(bench, key, page)
-        self.in_sight.follow(self._ask, self.session.asked_changed)
+        self.in_sight.follow(self._ask, self.session.request_changed)
         self.in_sight.changed.connect(self._turn)
 
     def _turn(self, is_seen: bool) -> None:

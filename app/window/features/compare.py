@@ -15,11 +15,11 @@ from riglens.app.window.features.compared import ComparedRigs
 from riglens.app.window.features.files import Exchange, Files, beside_rig
 from riglens.app.window.features.targets import Targets
 from riglens.app.window.workbench import Workbench
+from riglens.core.figures.values import Values
 from riglens.core.files import write_file
 from riglens.core.metric.scores import Reading, Scores
 from riglens.core.rig.model import Rig
 from riglens.core.rig.presets import PAPER_RIGS, PRESETS, preset
-from riglens.core.targets.quantities import Figures, figures_of
 from riglens.evaluation.requests import Result, failed_text
 from riglens.widgets.panels.compare.model import CompareRow, Origin
 from riglens.widgets.panels.compare.panel import ComparePanel
@@ -61,7 +61,7 @@ class Compare(Feature):
         self.panel = ComparePanel()
         self._rigs = ComparedRigs(bench)
         self._baseline: tuple[Scores, Reading] | None = None
-        self._baseline_figures: Figures | None = None
+        self._baseline_counted: Values | None = None
         self.bind(
             snapshot=self.take_snapshot,
             pin=self.pin_snapshot,
@@ -175,19 +175,19 @@ class Compare(Feature):
     def _on_count(self) -> None:
         answer = self._targets.answer
         if answer is not None and self._targets.is_current:
-            self._baseline_figures = figures_of(answer.baseline)
+            self._baseline_counted = answer.baseline_figures
             self._show_baseline()
             self._rigs.take_count(answer)
 
     def forget_scene(self) -> None:
         """Forget the scores and counts of earlier traffic."""
-        self._baseline_figures = None
+        self._baseline_counted = None
         self._rigs.drop_scores(self.session.scene)
 
     def _show_baseline(self) -> None:
         if self._baseline is not None:
             scores, reading = self._baseline
-            self.panel.model.set_baseline(scores, self._baseline_figures, reading)
+            self.panel.model.set_baseline(scores, self._baseline_counted, reading)
 
     def _show(self) -> None:
         total = len(self.rows)

@@ -11,9 +11,9 @@ from riglens.app.background.background_requests import ScoreRequest
 from riglens.app.background.counting import CountAnswer, CountRequest, OtherCount
 from riglens.app.background.queue import BackgroundRequest
 from riglens.app.window.workbench import Workbench
+from riglens.core.figures.values import Values
 from riglens.core.metric.scores import MetricSettings, Scores
 from riglens.core.rig.model import Rig
-from riglens.core.targets.quantities import Figures, figures_of
 from riglens.core.targets.settings import TargetSettings
 from riglens.evaluation.requests import LoadedScene, Result
 from riglens.widgets.panels.compare.model import CompareRow, Origin
@@ -38,7 +38,7 @@ class ComparedRigs(QObject):
         self._rows: dict[str, CompareRow] = {}
         self._numbers = count(1)
         self._scored_on: tuple[LoadedScene, MetricSettings] | None = None
-        self._counted: tuple[CountRequest, Figures] | None = None
+        self._counted: tuple[CountRequest, Values] | None = None
         """Of the rig being edited, in all frames: what else is counted is of the same traffic, in the same way."""
         self.is_given_up = False
         self._asked: set[str] = set()
@@ -65,7 +65,7 @@ class ComparedRigs(QObject):
         """Add a rig, with the numbers of the one being edited when it is the same."""
         key, rig = f"{origin}-{next(self._numbers)}", self._session.with_mesh(rig)
         now = self._rows.get(CURRENT)
-        known = (now.scores, now.figures) if now is not None and now.rig == rig else (None, None)
+        known = (now.scores, now.counted) if now is not None and now.rig == rig else (None, None)
         self._rows[key] = CompareRow(key, name, origin, rig, where, *known)
         self.is_given_up = False
         self._ask()
@@ -106,13 +106,13 @@ class ComparedRigs(QObject):
 
     def take_count(self, answer: CountAnswer) -> None:
         """Store the counts of a rig; another way of counting discards all other counts."""
-        request, figures, before = answer.request, figures_of(answer.scores), self._counted
-        self._counted = request, figures
+        request, before = answer.request, self._counted
+        self._counted = request, answer.figures
         if before is None or _way(before[0]) != _way(request):
             self._drop_figures()
         now = self._rows.get(CURRENT)
         if now is not None and now.rig == request.rig:
-            self._rows[CURRENT] = replace(now, figures=figures)
+            self._rows[CURRENT] = replace(now, counted=answer.figures)
         self._ask()
 
     def drop_scores(self, scene: LoadedScene | None) -> None:
@@ -126,7 +126,7 @@ class ComparedRigs(QObject):
         self.changed.emit()
 
     def _drop_figures(self) -> None:
-        self._rows = {key: replace(row, figures=None) for key, row in self._rows.items()}
+        self._rows = {key: replace(row, counted=None) for key, row in self._rows.items()}
         self._counter.drop_group(GROUP)
         self._asked_counts.clear()
 
@@ -156,7 +156,7 @@ class ComparedRigs(QObject):
         for key, row in list(self._rows.items()):
             rig = self._session.with_mesh(row.rig)
             if rig is not row.rig and key != CURRENT:
-                self._rows[key] = replace(row, rig=rig, scores=None, figures=None)
+                self._rows[key] = replace(row, rig=rig, scores=None, counted=None)
                 self._asked.discard(key)
                 self._asked_counts.discard(key)
 
@@ -165,20 +165,20 @@ class ComparedRigs(QObject):
         new = [
             row
             for row in self._rows.values()
-            if row.figures is None and row.key != CURRENT and row.key not in self._asked_counts
+            if row.counted is None and row.key != CURRENT and row.key not in self._asked_counts
         ]
         self._asked_counts.update(row.key for row in new)
         self._counter.ask_in_background(
             [OtherCount(GROUP, row.key, row.rig, counted.settings, counted.scene) for row in new]
         )
 
-    def _take_count(self, request: OtherCount, figures: Figures | None) -> None:
+    def _take_count(self, request: OtherCount, figures: Values | None) -> None:
         counted = self._counted
         row = self._rows.get(request.name) if request.group == GROUP else None
         if row is None or counted is None or row.rig is not request.rig:
             return
         if (request.scene, request.settings) == _way(counted[0]):
-            self._rows[row.key] = replace(row, figures=figures or {})
+            self._rows[row.key] = replace(row, counted=figures or {})
             self.changed.emit()
 
     def _take(self, request: BackgroundRequest, scores: Scores | None) -> None:

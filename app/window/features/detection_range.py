@@ -65,7 +65,7 @@ class DetectionRangeShown(Feature):
         self._shown: tuple[DetectionRange, bool] | None = None
         self.in_sight = add_check(bench, "detection_range", self.panel)
         self.in_sight.follow(
-            self._follow, self.session.asked_changed, self.document.rig_settled, bench.answers.answered
+            self._follow, self.session.request_changed, self.document.rig_settled, bench.answers.answered
         )
         self.serve(self.maker, self._take, self._end)
         self.maker.progressed.connect(self._on_progress, Qt.ConnectionType.QueuedConnection)
@@ -75,7 +75,9 @@ class DetectionRangeShown(Feature):
         self.panel.export_wanted.connect(bench.guarded(self._export))
         bench.theme_changed.connect(lambda _: self._show_anew())
         self.remember(
-            "card/plan", lambda: {name: getattr(self._plan, name) for name in KEPT}, self._take_plan
+            "detection_range/plan",
+            lambda: {name: getattr(self._plan, name) for name in KEPT},
+            self._take_plan,
         )
 
     # ------------------------------------------------------------------ asking
@@ -180,6 +182,6 @@ class DetectionRangeShown(Feature):
         if self._shown is None or not self.is_current:
             return
         ranges = self._shown[0]
-        path = self.bench.dialogs.save_table(self.bench.window, beside_rig(self.document, "card", ".csv"))
+        path = self.bench.dialogs.save_table(self.bench.window, beside_rig(self.document, "range", ".csv"))
         if path is not None:
             write_file(path, csv_text(range_lines(ranges)))

@@ -230,8 +230,8 @@ class FrameView(Feature):
 
 def missed_objects(answer: CountAnswer) -> list[int]:
     """Return the indices in the traffic of objects that nothing detects, the nearest first."""
-    objects, traffic = answer.scores.objects, answer.traffic
-    detected = objects.detected(answer.scores.settings.min_points)
+    objects, traffic = answer.counted.objects, answer.traffic
+    detected = objects.detected(answer.counted.settings.min_points)
     boxes = objects.box[~np.any(list(detected.values()), axis=0)]
     return [int(box) for box in boxes[np.argsort(traffic.distance_m[boxes], kind="stable")]]
 

@@ -12,7 +12,7 @@ from riglens.app.window.feature import Feature
 from riglens.app.window.features.propose import Propose
 from riglens.app.window.workbench import Workbench
 from riglens.core.rig.model import Rig, Vehicle
-from riglens.widgets.heatmap.scale import HeatmapData, Values
+from riglens.core.view.heatmap_data import HeatmapData, Values
 
 NOTE = "at each place on the car, given the rig"
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import asdict, replace
 from functools import partial
-from typing import Any, cast
+from typing import Any
 
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QMenu, QToolButton, QWidget, QWidgetAction
@@ -12,8 +12,9 @@ from PySide6.QtWidgets import QMenu, QToolButton, QWidget, QWidgetAction
 from riglens.app.window.actions import Choice, Spec, menu_button
 from riglens.app.window.feature import Feature
 from riglens.app.window.workbench import Workbench
+from riglens.core.figures.heatmaps import OFF
+from riglens.core.figures.registry import heat_map_named, heat_maps
 from riglens.core.scene.boxes import CLASSES
-from riglens.evaluation.options import HEAT_TITLES, TARGET_HEAT_TITLES, HeatMode
 from riglens.evaluation.requests import Result
 from riglens.widgets.heatmap.scale import HeatLook
 from riglens.widgets.panels.controls.icons import swatch
@@ -21,26 +22,12 @@ from riglens.widgets.panels.scene.look_panels import HeatPanel, RaysPanel
 from riglens.widgets.sensors.ray_look import LEAST_DENSITY, MOST_DENSITY, Fill, RayLook
 from riglens.widgets.theme import CLASS_COLOURS
 
-TITLES: dict[str, str] = {
-    str(mode): title for mode, title in (*HEAT_TITLES.items(), *TARGET_HEAT_TITLES.items())
-}
-"""Titles of the heatmap modes: of voxels and of objects."""
-UNNUMBERED = ("twice", "thrice", "kinds")
-"""Modes without a shortcut: Alt and a figure are taken."""
-NUMBERED = tuple(mode for mode in TITLES if mode not in UNNUMBERED)
-
 
 class Heat(Feature):
     """Two choices and a panel of sliders in the toolbar; what they choose is the session's."""
 
     specs = (
-        *(
-            Spec(
-                f"heat_{mode}", title, f"Heatmap: {title}",
-                f"Alt+{NUMBERED.index(mode)}" if mode in NUMBERED else "", menu="view", group="heat",
-            )
-            for mode, title in TITLES.items()
-        ),
+        Spec("heat_off", "Off", "Show no heatmap.", "Alt+0", menu="view", group="heat"),
         *(
             Spec(f"class_{name}", name, f"Heatmap and map: {name}", menu="view", group="class")
             for name in CLASSES
@@ -56,7 +43,12 @@ class Heat(Feature):
 
     def __init__(self, bench: Workbench) -> None:
         super().__init__(bench)
-        modes = {mode: self.actions[f"heat_{mode}"] for mode in TITLES}
+        heats = heat_maps()  # now: installed packages may add some
+        self.actions.add(
+            Spec(f"heat_{heat.key}", heat.title, heat.question, heat.shortcut, menu="view", group="heat")
+            for heat in heats
+        )
+        modes = {key: self.actions[f"heat_{key}"] for key in (OFF, *(heat.key for heat in heats))}
         classes = {name: self.actions[f"class_{name}"] for name in CLASSES}
         for name, action in classes.items():
             action.setIcon(swatch(CLASS_COLOURS[name]))
@@ -82,9 +74,9 @@ class Heat(Feature):
         bench.answers.answered.connect(self._show_result)
         self._show()
         self.set_legend(True)
-        self._modes.keep_room(TITLES.values())
+        self._modes.keep_room([heat.title for heat in heats])
         self._classes.keep_room(CLASSES)
-        self.remember("heat/mode", lambda: str(self.session.heat.mode), self.set_mode)
+        self.remember("heat/mode", lambda: self.session.heat.mode, self.set_mode)
         self.remember("heat/class", lambda: self.session.heat.class_name, self.set_class)
         self.remember("heat/legend", self.actions["legend"].isChecked, self.set_legend)
         # a slice left over would hide what is expected
@@ -107,9 +99,9 @@ class Heat(Feature):
         self.set_class(CLASSES[(shown + 1) % len(CLASSES)])
 
     def set_mode(self, mode: str) -> None:
-        """Set the mode of the heatmap: a key of TITLES; nothing happens for another one."""
-        if mode in TITLES:
-            self.session.set_heat(replace(self.session.heat, mode=cast(HeatMode, mode)))
+        """Show the heatmap with a key, or none for OFF; nothing happens for an unknown key."""
+        if mode == OFF or heat_map_named(mode) is not None:
+            self.session.set_heat(replace(self.session.heat, mode=mode))
 
     def set_class(self, name: str) -> None:
         """Choose the class of traffic that the heatmap is about; nothing happens for one that there is not."""
@@ -124,7 +116,8 @@ class Heat(Feature):
         self.viewport.show_state(replace(self.viewport.state, heat_look=look))
 
     def _show_result(self, result: Result) -> None:
-        is_of_voxels = self.session.heat.mode in HEAT_TITLES
+        shown = self.session.heat.map
+        is_of_voxels = shown is None or shown.needs == "voxels"
         if is_of_voxels:
             self.viewport.show_state(replace(self.viewport.state, heatmap=result.heatmap))
         display = result.scene.heatmaps.display
@@ -134,7 +127,7 @@ class Heat(Feature):
 
     def _show(self) -> None:
         heat = self.session.heat
-        self._modes.show_choice(heat.mode, "Heatmap off" if heat.mode == "off" else TITLES[heat.mode])
+        self._modes.show_choice(heat.mode, "Heatmap off" if heat.map is None else heat.map.title)
         self._classes.show_choice(heat.class_name, heat.class_name, with_icon=True)
 
 

@@ -13,8 +13,9 @@ from riglens.app.window.docks import InSight
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.frame import FrameView
 from riglens.app.window.workbench import Workbench
+from riglens.core.figures.registry import voxel_set_named
 from riglens.core.rig.model import Rig, Sensor
-from riglens.core.sensors.registry import kind_named, kind_of
+from riglens.core.sensors.registry import kind_of
 from riglens.core.shown_text import visible
 from riglens.core.view.camera_picture import CameraPicture
 from riglens.core.view.top_view import TopView
@@ -29,12 +30,6 @@ if TYPE_CHECKING:  # made by the thread of the engine, which loads the compiler
 
 LOADING = "Loading box data"
 NO_DATA = "No box data are loaded: choose some in the Scene panel"
-FEW = {
-    "any": "No sensor is enabled",
-    "twice": "Fewer than 2 sensors are enabled",
-    "thrice": "Fewer than 3 sensors are enabled",
-    "kinds": "Only one kind of sensor is enabled",
-}
 LOOKING = "Computing the ground around the car"
 
 NOTHING_SELECTED = "Select a sensor to see its view"
@@ -57,8 +52,8 @@ class Map(Feature):
             "Map", self.panel, Qt.DockWidgetArea.RightDockWidgetArea, beside="Inspector"
         )
         self.in_sight = InSight(self.dock)
-        self.in_sight.changed.connect(lambda _: self._tell_source())
-        self.panel.shown_chosen.connect(self._tell_source)
+        self.in_sight.changed.connect(lambda _: self._set_source())
+        self.panel.shown_chosen.connect(self._set_source)
         self.panel.map.sensor_clicked.connect(self.document.select)
         self.panel.map.place_clicked.connect(self.viewport.look_at)
         self.in_sight.follow(
@@ -72,7 +67,7 @@ class Map(Feature):
         self.remember("map/ground", self.panel.on_ground.isChecked, self.panel.on_ground.setChecked)
         self.panel.map.set_message(LOADING)
 
-    def _tell_source(self) -> None:
+    def _set_source(self) -> None:
         """Set the coverage that the session computes for the map: none while the map is hidden."""
         self.session.look_at_map(self.panel.seen_by if self.in_sight else None)
         is_on_map = bool(self.in_sight) and self.panel.lowest is not None
@@ -138,13 +133,8 @@ def remark(top: TopView, rig: Rig) -> str:
     if top.is_empty:
         return f"This data set has no {MANY[top.class_name]}: nothing to see or to miss"
     on = [sensor.kind for sensor in rig.sensors if sensor.enabled]
-    kind = kind_named(top.seen_by)
-    if kind is not None:
-        is_enough, few = kind.name in on, f"No {kind.title} is enabled"
-    else:
-        counts = {"any": bool(on), "twice": len(on) >= 2, "thrice": len(on) >= 3, "kinds": len(set(on)) >= 2}
-        is_enough, few = counts[top.seen_by], FEW[top.seen_by]
-    return "" if is_enough else f"{few}: everything is blind"
+    lack = voxel_set_named(top.seen_by).lacks(on)
+    return f"{lack}: everything is blind" if lack else ""
 
 
 class SensorView(Feature):

@@ -15,18 +15,18 @@ from riglens.app.window.feature import Feature
 from riglens.app.window.features.checks import add_check, check_spec
 from riglens.app.window.features.targets import Targets
 from riglens.app.window.workbench import Workbench
+from riglens.core.figures.values import Values, values_of_scores
 from riglens.core.metric.scores import Scores
 from riglens.core.rig.edits import with_enabled
 from riglens.core.rig.model import Rig
-from riglens.core.targets.quantities import Figures, figures_of
+from riglens.core.shown_values import NONE
 from riglens.core.view.outlook import looks_into
 from riglens.evaluation.requests import Result
 from riglens.widgets.maps.map_items import NO_BOXES
 from riglens.widgets.panels.checks.redundancy import RedundancyPanel
 from riglens.widgets.panels.controls.menus import add_entry
 from riglens.widgets.panels.inspector.marginal_view import FAILED, NOT_COUNTED, WAITING
-from riglens.widgets.panels.scores.text import NONE
-from riglens.widgets.panels.sensors.losses import MEASURES, Known, Loss, Measure, loss_of
+from riglens.widgets.panels.sensors.losses import Loss, Losses, losses_of, meaning, measures, usual_measure
 from riglens.widgets.panels.sensors.tree import NO_BOXES_TIP
 
 GROUP = "marginal"
@@ -50,9 +50,9 @@ class Marginals(Feature):
         self.result: Result | None = None
         self.losses: dict[str, Scores] = {}
         self.counted: CountRequest | None = None
-        self.figures: dict[str, Figures] = {}
-        self._now: Figures | None = None
-        self.measure: Measure = "seen"
+        self.figures: dict[str, Values] = {}
+        self._now: Values = {}
+        self.measure = usual_measure()
         queued = Qt.ConnectionType.QueuedConnection
         bench.recompute.answered_in_background.connect(self._take, queued)
         bench.counter.answered_in_background.connect(self._take_count, queued)
@@ -64,7 +64,7 @@ class Marginals(Feature):
         self.document.failed_changed.connect(self._on_rig)
         self.document.selection_changed.connect(self._show_selected)
         bench.panels.tree.measure_menu_wanted.connect(self._open_menu)
-        self.remember("list/loss", lambda: str(self.measure), self.choose)
+        self.remember("list/loss", lambda: self.measure.key, self.choose)
         self._show_selected()
 
     def _on_rig(self) -> None:
@@ -102,7 +102,7 @@ class Marginals(Feature):
         if self.counted == asked:
             return
         self._forget_figures()
-        self.counted, self._now = asked, figures_of(answer.scores)
+        self.counted, self._now = asked, answer.figures
         self.bench.counter.ask_in_background(
             [
                 OtherCount(
@@ -144,7 +144,7 @@ class Marginals(Feature):
 
     def _forget_figures(self) -> None:
         self.bench.counter.drop_group(GROUP)
-        self.counted, self._now, self.figures = None, None, {}
+        self.counted, self._now, self.figures = None, {}, {}
         self._grey()
 
     def _grey(self) -> None:
@@ -165,7 +165,7 @@ class Marginals(Feature):
         self.losses[request.name] = scores
         self._show_all()
 
-    def _take_count(self, request: OtherCount, figures: Figures | None) -> None:
+    def _take_count(self, request: OtherCount, figures: Values | None) -> None:
         asked = self.counted
         if request.group != GROUP or asked is None or figures is None:
             return
@@ -176,24 +176,23 @@ class Marginals(Feature):
             self._show_all()
 
     # ------------------------------------------------------------------ showing
-    def _known_now(self) -> Known:
+    def _known_now(self) -> Values:
         scores = None if self.result is None else self.result.evaluation.scores
-        return Known(scores, self._now)
+        return _known(scores, self._now)
 
-    def _known_without(self, name: str) -> Known:
-        return Known(self.losses.get(name), self.figures.get(name))
+    def _known_without(self, name: str) -> Values:
+        return _known(self.losses.get(name), self.figures.get(name, {}))
 
     def _show_all(self) -> None:
         """Show the known results in the list, and those of the selected sensor in the inspector."""
         now, elsewhere = self._known_now(), self._looking_elsewhere()
-        found: dict[str, dict[Measure, Loss]] = {}
+        found: dict[str, Losses] = {}
         for name in self._names(self.document.working_rig):
-            without = self._known_without(name)
-            known = {measure: loss_of(measure, now, without) for measure in MEASURES}
-            nothing = Loss(None, NONE, NO_BOXES_TIP) if name in elsewhere else None
-            found[name] = {key: nothing or loss for key, loss in known.items() if loss is not None}
-        shown = {name: losses[self.measure] for name, losses in found.items() if self.measure in losses}
-        self.bench.panels.tree.show_losses(shown)
+            found[name] = losses_of(now, self._known_without(name))
+            if name in elsewhere:
+                found[name] = dict.fromkeys(found[name], Loss(None, NONE, NO_BOXES_TIP))
+        key = self.measure.key
+        self.bench.panels.tree.show_losses({name: one[key] for name, one in found.items() if key in one})
         self.panel.show_losses(found)
         self._show_selected()
 
@@ -221,22 +220,23 @@ class Marginals(Feature):
             inspector.show_no_loss(WAITING)
 
     # ------------------------------------------------------------------ the choice of the measure
-    def choose(self, measure: str) -> None:
+    def choose(self, key: str) -> None:
         """Show losses in another measure; ignore an unknown one."""
-        if measure in MEASURES:
+        measure = measures().get(key)
+        if measure is not None:
             self.measure = measure
-            self.bench.panels.tree.show_measure(self.measure)
+            self.bench.panels.tree.show_measure(measure)
             self._show_all()
 
     def measure_menu(self) -> QMenu:
         """Return a menu of the measures."""
         menu = QMenu(self.bench.panels.tree)
         group = QActionGroup(menu)
-        for measure, (title, tip) in MEASURES.items():
-            action = add_entry(menu, f"Loss in {title}", partial(self.choose, measure))
+        for key, measure in measures().items():
+            action = add_entry(menu, f"Loss in {measure.title}", partial(self.choose, key))
             action.setCheckable(True)
-            action.setChecked(measure == self.measure)
-            action.setToolTip(tip)
+            action.setChecked(key == self.measure.key)
+            action.setToolTip(meaning(measure))
             group.addAction(action)
         menu.setToolTipsVisible(True)
         return menu
@@ -245,6 +245,11 @@ class Marginals(Feature):
         menu = self.measure_menu()
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         menu.popup(place)
+
+
+def _known(scores: Scores | None, counted: Values) -> Values:
+    """Return the figures of a rig known so far: those of voxels, and those of objects."""
+    return {**(values_of_scores(scores) if scores is not None else {}), **counted}
 
 
 def _same_sensors(one: Rig, other: Rig) -> bool:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import Signal
-
 from riglens.app.background.rig_questions import RigRequest, mount_violations
 from riglens.app.background.worker import BackgroundWorker
 from riglens.app.window.features.checks import LiveCheck, check_spec
@@ -15,7 +13,7 @@ from riglens.core.errors import InputError
 from riglens.widgets.panels.checks.mounts import USUAL, MountsPanel
 
 if TYPE_CHECKING:  # loads the compiler
-    from riglens.core.review.mounts import KeepOut, MountLimits, Violation
+    from riglens.core.review.mounts import MountLimits, Violation
 
 
 class Mounts(LiveCheck[MountsPanel, "RigRequest[MountLimits | None]", "tuple[Violation, ...]"]):
@@ -27,9 +25,6 @@ class Mounts(LiveCheck[MountsPanel, "RigRequest[MountLimits | None]", "tuple[Vio
             "Check the mounts: heights, gaps, spacing, overhang, keep-out zones.",
         ),
     )  # fmt: skip
-
-    limits_changed = Signal()
-    """The limits changed."""
 
     def __init__(
         self,
@@ -52,16 +47,7 @@ class Mounts(LiveCheck[MountsPanel, "RigRequest[MountLimits | None]", "tuple[Vio
     def _use(self, limits: MountLimits | None, name: str) -> None:
         self._limits = limits
         self.page.show_source(name)
-        self.limits_changed.emit()
         self._ask()
-
-    @property
-    def keep_out(self) -> tuple[KeepOut, ...]:
-        """Return the keep-out zones, besides the painted ones."""
-        from riglens.core.review.mounts import USUAL_KEEP_OUT
-
-        asked = None if self._limits is None else self._limits.keep_out
-        return USUAL_KEEP_OUT if asked is None else asked
 
     def _request(self) -> RigRequest[MountLimits | None]:
         return RigRequest(self.session.rig, self._limits)

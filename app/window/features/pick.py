@@ -14,13 +14,14 @@ from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.frame import FrameView, box_name
 from riglens.app.window.workbench import Workbench
+from riglens.core.figures.registry import voxel_heat_map
+from riglens.core.figures.text import MINUS
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.vehicle.solid import Solid
 from riglens.evaluation.requests import PickedVoxel, Result, sight_text
 from riglens.widgets.heatmap.pick import PickedCell
 from riglens.widgets.panels.scene.voxel_card import SensorLine, VoxelCard, VoxelText
-from riglens.widgets.panels.scores.text import MINUS
 from riglens.widgets.traffic.frame import ShownFrame
 from riglens.widgets.viewport.scene_state import Marker
 
@@ -98,14 +99,11 @@ class Pick(Feature):
     def _meant(self, cell: PickedCell) -> Words | None:
         """Return the voxels that a click on a drawn cell may mean; None when any may be meant."""
         drawn = self._drawn
-        if drawn is None or drawn.marks is None or not drawn.marks.seen.size:
+        heat = None if drawn is None else voxel_heat_map(drawn.request.heat)
+        if drawn is None or drawn.marks is None or heat is None:
             return None
-        seen, before = drawn.marks.seen, drawn.marks.baseline
-        if drawn.request.heat != "change":
-            return ~seen if drawn.request.heat == "unseen" else seen
-        assert drawn.heatmap is not None
-        is_lost = drawn.heatmap.values[cell.row] < 0  # the larger part of the cell, which gives it its colour
-        return ~seen & before if is_lost else seen & ~before
+        value = 0.0 if drawn.heatmap is None else float(drawn.heatmap.values[cell.row])
+        return heat.meant(drawn.marks, value)
 
     def _show_voxel(self) -> None:
         """Mark the voxel; its details come with the next result."""

@@ -16,9 +16,12 @@ from riglens.app.window.workbench import Workbench
 from riglens.core.errors import InputError
 from riglens.core.geometry import Vec3
 from riglens.core.scene.grid import DEFAULT_ROI_M, DEFAULT_VOXEL_M, VoxelGrid
+from riglens.core.scene.survey import doubtful
+from riglens.evaluation.names import label_of, label_with
 from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.evaluation.requests import LoadedScene
 from riglens.evaluation.voxel_words import reason, tried_lines
+from riglens.widgets.panels.controls.messages import Choices
 from riglens.widgets.panels.scene.scene_panel import SceneChoice
 
 PREPARING = ("Preparing the engine", "the first start compiles code for this rig")
@@ -94,8 +97,7 @@ class SceneData(Feature):
         self.load(options_of(choice, self._options))
 
     def _on_scene(self, scene: LoadedScene) -> None:
-        if self.session.scene is not None:
-            self._tell_why_scores_move(self.session.scene.field.grid, scene.field.grid)
+        self._show_note(scene)
         self.viewport.show_state(replace(self.viewport.state, grid=scene.field.grid))
         self.bench.status.show_scene(scene)
         picked = tried = ""
@@ -106,13 +108,23 @@ class SceneData(Feature):
         self.bench.panels.scene.set_loaded(choice, f"In use: {scene_line(scene)}", picked, tried)
         self.session.show_scene(scene)
 
-    def _tell_why_scores_move(self, before: VoxelGrid, after: VoxelGrid) -> None:
-        """Explain that the numbers changed with the grid, unless the user opted out."""
-        note, notes = why_scores_move(before, after), self.bench.notes
-        is_free = not notes.message or notes.message == self._note
-        if note and is_free and not self.bench.kept.read(QUIET_KEY, False):
-            self._note = note
-            notes.show_message(note, choices={"Do not show this again": self._be_quiet})
+    def _show_note(self, scene: LoadedScene) -> None:
+        """Show what is implausible about the data, or else that the numbers changed with the grid, unless the user
+        opted out; another feature's note stays."""
+        notes, before = self.bench.notes, self.session.scene
+        if notes.message and notes.message != self._note:
+            return
+        choices: Choices = {}
+        self._note = "\n".join(doubtful(scene.field.data, label_with))
+        if self._note and scene.options.boxes is not None:
+            choices[label_of("find_ground")] = partial(self.load, replace(scene.options, find_ground=True))
+        if not self._note and before is not None and not self.bench.kept.read(QUIET_KEY, False):
+            self._note = why_scores_move(before.field.grid, scene.field.grid)
+            choices["Do not show this again"] = self._be_quiet
+        if self._note:
+            notes.show_message(self._note, choices=choices)
+        else:
+            notes.clear()
 
     def _be_quiet(self) -> None:
         self.bench.kept.write(QUIET_KEY, True)
@@ -181,12 +193,14 @@ def _own_origin_m(boxes: Path | None) -> Vec3:
 
 
 def options_of(choice: SceneChoice, before: SceneOptions) -> SceneOptions:
-    """Return the options for the scene panel's choice; class names stay mapped as long as the data set is the same."""
+    """Return the options for the scene panel's choice; class names stay mapped as long as the data set is the same, and
+    an origin that the format fixes is not stated again."""
     if choice.pog is not None:
         return SceneOptions(pog=choice.pog)
+    is_stated = choice.boxes is not None and choice.origin_m != _own_origin_m(choice.boxes)
     return SceneOptions(
         boxes=choice.boxes,
-        origin_m=choice.origin_m if choice.boxes is not None else None,
+        origin_m=choice.origin_m if is_stated else None,
         frames=choice.frames,
         classes=before.classes if choice.boxes == before.boxes else (),
         voxel_m=choice.voxel_m or "auto",

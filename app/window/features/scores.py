@@ -6,6 +6,7 @@ from PySide6.QtCore import Qt
 
 from riglens.app.window.feature import Feature
 from riglens.app.window.workbench import Workbench
+from riglens.core.figures.values import compared_scores, values_of_scores
 from riglens.evaluation.requests import Approximation, Result
 from riglens.widgets.panels.scores.text import FIGURES_HELP, FIGURES_TITLE
 from riglens.widgets.timers import Timers, single_shot
@@ -62,21 +63,24 @@ class ScoresShown(Feature):
         """Show an answer; greyed when the rig has moved on meanwhile."""
         self._end_busy()
         is_asked = self.answers.is_last_asked(result)
-        self.panel.show_scores(result.evaluation.scores, result.baseline_scores)
+        self._show_figures(result)
         if not is_asked:
             self.panel.set_stale()
         self.bench.status.show_result(result, is_asked)
 
+    def _show_figures(self, result: Result) -> None:
+        self.panel.show_figures("voxels", compared_scores(result.evaluation.scores, result.baseline_scores))
+
     def _show_approximation(self, first: Approximation) -> None:
         """Show coarse scores, marked as such; the heatmap waits for exact ones."""
         self._end_busy()
-        self.panel.show_estimate(first.scores)
+        self.panel.show_estimate(values_of_scores(first.scores))
         self.bench.status.show_approximation(first)
 
     def _show_again(self) -> None:
         """Show the same numbers in the colours of another theme."""
         was_stale, result = self.panel.is_stale, self.answers.result
         if result is not None:
-            self.panel.show_scores(result.evaluation.scores, result.baseline_scores)
+            self._show_figures(result)
             if was_stale:
                 self.panel.set_stale()

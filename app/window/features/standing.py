@@ -34,7 +34,7 @@ class Standing(Feature):
         self._asked: MountStatusRequest | None = None
         self._answered: Vehicle | None = None
         self.serve(self.worker, self._take)
-        self.session.asked_changed.connect(self._ask)
+        self.session.request_changed.connect(self._ask)
         bench.answers.answered.connect(lambda _: self._ask())
         self.document.selection_changed.connect(self._ask)
         self.document.rig_settled.connect(self._ask)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 from PySide6.QtCore import Qt, Signal
@@ -9,7 +10,8 @@ from PySide6.QtCore import Qt, Signal
 from riglens.app.background.counting import CountAnswer, CountRequest
 from riglens.app.window.feature import Feature
 from riglens.app.window.workbench import Workbench
-from riglens.core.targets.quantities import Cells, PredictedCells
+from riglens.core.figures.predicted import FOUND
+from riglens.core.figures.values import FigureCells
 from riglens.widgets.panels.controls.scrolled import scrolled
 from riglens.widgets.panels.targets.panel import MOST_POINTS, TargetsPanel
 from riglens.widgets.timers import Timers, single_shot
@@ -31,7 +33,7 @@ class Targets(Feature):
         self.panel, self.counter = TargetsPanel(self.session.targets), bench.counter
         self.answer: CountAnswer | None = None
         """The last answer that was shown."""
-        self._exact: tuple[CountRequest, Cells, PredictedCells] | None = None
+        self._exact: tuple[CountRequest, Mapping[str, FigureCells]] | None = None
         """The last request answered from all frames, with its figures next to the scores."""
         self._asked: CountRequest | None = None
         self.dock = bench.docks.add(
@@ -50,7 +52,7 @@ class Targets(Feature):
             changed.connect(self._ask)
         bench.answers.answered.connect(lambda _: self._ask())
         bench.theme_changed.connect(lambda _: self._show())
-        self.remember("targets/quantity", lambda: self.panel.quantity.key, self.panel.choose)
+        self.remember("targets/quantity", lambda: self.panel.figure.key, self.panel.choose)
         self.remember(
             "targets/min_points", lambda: str(self.session.targets.min_points), self._take_min_points
         )
@@ -95,7 +97,7 @@ class Targets(Feature):
             return
         self.answer = answer
         if answer.is_whole:
-            self._exact = answer.request, answer.on_target, answer.predicted
+            self._exact = answer.request, answer.cells
         if self.document.is_dragging and self._pause.isActive():
             self._is_behind = True
         else:
@@ -116,22 +118,23 @@ class Targets(Feature):
             pinned = self.session.pinned
             baseline = LAST_SAVED if pinned is None else pinned.name
             answer = self.answer
-            self.panel.show_counts(answer.traffic, answer.scores, answer.baseline, baseline)
-            self.bench.panels.scores.show_counted(*self._counted(answer))
+            self.panel.show_counts(answer.counted, answer.baseline, baseline)
+            scores, cells = self.bench.panels.scores, self._cells(answer)
+            scores.show_figures("objects", {key: found.compared() for key, found in cells.items()})
+            scores.show_found(cells[FOUND.key])
             if answer.request is not self._asked:
                 self._grey()
 
-    def _counted(self, answer: CountAnswer) -> tuple[Cells, PredictedCells]:
-        """Return the figures next to the scores: of a sample, the last exact value plus the change in the same
+    def _cells(self, answer: CountAnswer) -> Mapping[str, FigureCells]:
+        """Return the figures next to the scores, by key: of a sample, the last exact value plus the change in the same
         frames."""
         exact, asked = self._exact, answer.request
         if exact is None or answer.is_whole or exact[0].scene is not asked.scene:
-            return answer.on_target, answer.predicted
-        known, on_target, predicted = exact
-        is_same = (known.settings, known.baseline_rig) == (asked.settings, asked.baseline_rig)
-        if not is_same:
-            return answer.on_target, answer.predicted
-        return answer.on_target.anchored(on_target), answer.predicted.anchored(predicted)
+            return answer.cells
+        known, cells = exact
+        if (known.settings, known.baseline_rig) != (asked.settings, asked.baseline_rig):
+            return answer.cells
+        return {key: found.anchored(cells[key]) for key, found in answer.cells.items()}
 
     def _grey(self) -> None:
         self.panel.set_stale()

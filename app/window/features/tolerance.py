@@ -16,12 +16,14 @@ from riglens.app.window.features.checks import add_check, check_spec
 from riglens.app.window.features.targets import Targets
 from riglens.app.window.workbench import Workbench
 from riglens.core.errors import InputError
+from riglens.core.figures.coverage import SEEN
 from riglens.core.review.tolerance import (
     PROFILES,
     Spread,
     ToleranceProfile,
     ToleranceResult,
     chance_bounds,
+    is_less_better,
     profile_called,
     worst_rig,
 )
@@ -33,7 +35,7 @@ if TYPE_CHECKING:  # loads the compiler
     from riglens.core.review.requirements import Requirements
 
 DRAWS = 64
-"""Number of draws; `riglens tolerance` uses 256 by default: here they are repeated after every edit."""
+"""Number of draws; `riglens review` uses 256 by default: here they are repeated after every edit."""
 GROUP = "tolerance"
 SEEN_FROM_M, SEEN_FROM_DEG = 0.15, 8.0
 """Size to which errors in the view are magnified: millimetres are invisible on a car."""
@@ -73,9 +75,9 @@ class Tolerance(Feature):
         """Draw errors of a profile, or none with an empty name; InputError for one that there is not."""
         before, self.profile = self.profile, profile_called(name) if name else None
         if before is None and self.profile is not None:  # no drag is to wake who waits for nothing
-            self.session.asked_changed.connect(self._drop_if_changed)
+            self.session.request_changed.connect(self._drop_if_changed)
         elif before is not None and self.profile is None:
-            self.session.asked_changed.disconnect(self._drop_if_changed)
+            self.session.request_changed.disconnect(self._drop_if_changed)
         self.strip.show_profile(name)
         self.forget_scene()
         self._ask()
@@ -194,10 +196,8 @@ def tip_of(found: ToleranceResult) -> str:
         f"5 to 95 % {100 * s.p05:.3f} to {100 * s.p95:.3f} %, worst {100 * s.worst:.3f} % (draw {s.worst_draw})"
         for name, s in found.spreads.items()
     ]
-    how = f"riglens tolerance RIG --errors {found.profile.name} --draws {found.draws}"
-    return "\n".join(
-        [*lines, f"More is better; {found.profile.name} is {found.profile.source}.", f"As {how}"]
-    )
+    how = f"riglens review RIG --only tolerance --errors {found.profile.name} --draws {found.draws}"
+    return "\n".join([*lines, f"{found.profile.name} is {found.profile.source}.", f"As {how}"])
 
 
 def requirements_of_figures(path: Path) -> Requirements:
@@ -206,32 +206,36 @@ def requirements_of_figures(path: Path) -> Requirements:
     from riglens.core.review.requirements import read_requirements
 
     found = read_requirements(path)
-    if not (found.tolerance or found.seen or found.on_target):
-        raise InputError(f"{path}: needs a section 'tolerance', 'seen' or 'on_target'")
+    if not (found.tolerance or found.seen or found.limits):
+        raise InputError(f"{path}: needs a section 'tolerance', 'figures', 'seen' or 'on_target'")
     return found
 
 
 def below_of(
     spread: Spread, required: Requirements | None, profile: ToleranceProfile, figure: str, cls: str
 ) -> Below | None:
-    """Return the number of draws below the required figure of a class, preferably that required under the profile."""
+    """Return the number of draws that are worse than the required figure of a class, preferably that required under the
+    profile."""
     if required is None:
         return None
+    is_less = is_less_better(figure)
     for asked in required.tolerance:
         if (asked.figure, asked.cls) == (figure, cls) and required.errors[asked.profile] == profile:
-            return _below(spread, asked.limit, asked.at_most)
-    seen = [one.at_least for one in required.seen if one.cls == cls and one.by == "any"]
-    on_target = [
-        one.at_least
-        for one in required.on_target
-        if one.cls == cls and one.ring_m is None and one.figure == "on_target"
+            return _below(spread, asked.limit, asked.at_most, is_less)
+    limits = [
+        one.accepted
+        for one in required.limits
+        if (one.figure, one.cls, one.ring_m, one.sector) == (figure, cls, None, None)
+        and (one.relation == "at most") == is_less
     ]
-    limits = seen if figure == "seen" else on_target
-    return _below(spread, max(limits), None) if limits else None
+    if figure == SEEN.key:
+        limits += [one.at_least for one in required.seen if one.cls == cls and one.by == "any"]
+    return _below(spread, (min if is_less else max)(limits), None, is_less) if limits else None
 
 
-def _below(spread: Spread, limit: float, at_most: float | None) -> Below:
-    below, draws = sum(value < limit for value in spread.values), len(spread.values)
+def _below(spread: Spread, limit: float, at_most: float | None, is_less: bool) -> Below:
+    worse = [value > limit if is_less else value < limit for value in spread.values]
+    below, draws = sum(worse), len(worse)
     low, high = chance_bounds(below, draws)
     return Below(
         100.0 * limit,

@@ -16,7 +16,7 @@ _TINY = 1e-300
 """Stand-in for a distance of zero between the sensor and the plane of a face, a divisor."""
 
 
-class Traffic(NamedTuple):
+class FrameBoxes(NamedTuple):
     """Boxes of all frames, in the vehicle frame: those of frame f are starts[f]..starts[f + 1] (frames + 1,);
     centres, halves (n, 3) metres, rotations (n, 3, 3) box to vehicle frame; counts (n,) bool: those that count;
     cls (n,): their classes; kind uint8 (n,): which of k kinds of shapes they have.
@@ -127,7 +127,7 @@ def new_faces() -> Faces:
 
 
 @lean_inlined
-def parts_of(traffic: Traffic, box: int) -> tuple[int, int]:
+def parts_of(traffic: FrameBoxes, box: int) -> tuple[int, int]:
     """Return the number of the first part of a box, and the number after the last one."""
     first = box << PART_BITS
     return first, first + traffic.numbers[traffic.kind[box]]
@@ -140,7 +140,7 @@ def box_of(part: int) -> int:
 
 
 @lean_inlined
-def bounds_of(traffic: Traffic, part: int) -> tuple[Direction, Direction]:
+def bounds_of(traffic: FrameBoxes, part: int) -> tuple[Direction, Direction]:
     """Return the middle and the half size of a part in metres, in the axes of its box."""
     box = box_of(part)
     half, kind = half_of(traffic, box), traffic.kind[box]
@@ -169,19 +169,19 @@ def _between(bounds: np.ndarray, row: int, axis: int, half: float, tall: float) 
 
 
 @lean_inlined
-def half_of(traffic: Traffic, box: int) -> Direction:
+def half_of(traffic: FrameBoxes, box: int) -> Direction:
     """Return the half size of a box, metres."""
     return traffic.halves[box, 0], traffic.halves[box, 1], traffic.halves[box, 2]
 
 
 @lean_inlined
-def is_glass(traffic: Traffic, part: int) -> bool:
+def is_glass(traffic: FrameBoxes, part: int) -> bool:
     """Return whether a part is glass."""
     return bool(traffic.glass[traffic.kind[box_of(part)], part & (MOST_PARTS - 1)])
 
 
 @lean_inlined
-def is_lost(traffic: Traffic, beams: Beams, key: np.uint64, part: int, place: int, column: int) -> bool:
+def is_lost(traffic: FrameBoxes, beams: Beams, key: np.uint64, part: int, place: int, column: int) -> bool:
     """Return whether the ray of a LiDAR that meets a part is lost in its glass."""
     return bool(is_glass(traffic, part) and glass_draw(beams, key, place, column) < beams.glass[1])
 
@@ -226,7 +226,7 @@ def set_faces(start: Direction, half: Direction, faces: Faces) -> None:
 
 
 @lean
-def reach_of(traffic: Traffic, beams: Beams, frame: int) -> float:
+def reach_of(traffic: FrameBoxes, beams: Beams, frame: int) -> float:
     """Return the distance from the sensor beyond which nothing can hide an object that counts."""
     reach = 0.0
     for box in range(traffic.starts[frame], traffic.starts[frame + 1]):
@@ -236,7 +236,7 @@ def reach_of(traffic: Traffic, beams: Beams, frame: int) -> float:
 
 
 @lean_inlined
-def distance_of(traffic: Traffic, beams: Beams, box: int) -> float:
+def distance_of(traffic: FrameBoxes, beams: Beams, box: int) -> float:
     """Return the distance from the sensor to the centre of a box, metres."""
     dx = traffic.centres[box, 0] - beams.origin[0]
     dy = traffic.centres[box, 1] - beams.origin[1]
@@ -245,14 +245,14 @@ def distance_of(traffic: Traffic, beams: Beams, box: int) -> float:
 
 
 @lean_inlined
-def radius_of(traffic: Traffic, box: int) -> float:
+def radius_of(traffic: FrameBoxes, box: int) -> float:
     """Return the distance from the centre of a box to its corners, metres."""
     a, b, c = half_of(traffic, box)
     return float(np.sqrt(a * a + b * b + c * c))
 
 
 @lean_inlined
-def start_of(traffic: Traffic, beams: Beams, box: int) -> Direction:
+def start_of(traffic: FrameBoxes, beams: Beams, box: int) -> Direction:
     """Return the sensor's place in the axes of a box."""
     back = (
         -(traffic.centres[box, 0] - beams.origin[0]),
@@ -263,7 +263,7 @@ def start_of(traffic: Traffic, beams: Beams, box: int) -> Direction:
 
 
 @lean_inlined
-def set_turn(traffic: Traffic, rotation: np.ndarray, box: int, turn: np.ndarray) -> None:
+def set_turn(traffic: FrameBoxes, rotation: np.ndarray, box: int, turn: np.ndarray) -> None:
     """Write turn (3, 3), which converts directions from the sensor frame to the axes of a box."""
     for column in range(3):
         v = (rotation[0, column], rotation[1, column], rotation[2, column])

@@ -14,7 +14,7 @@ import numpy as np
 from riglens.core.kernels.objects.box_frames import (
     Beams,
     Canvas,
-    Traffic,
+    FrameBoxes,
     bounds_of,
     box_of,
     is_lost,
@@ -46,7 +46,7 @@ first and the last of these (none: the last before the first)."""
 COLUMNS = 11
 
 
-class Desk(NamedTuple):
+class Scratch(NamedTuple):
     """Room for a worker: the depth order of a frame; the image of a box; what rays of a group have met; seen (rows *
     words,) uint64: a bit for each ray that has met something nearer; hits (4, rays): of rays that meet an object, their
     directions in its axes and 1 / t of the hit; table of cells."""
@@ -79,14 +79,14 @@ def is_stopped(beams: Beams, row: int, slot: int, inverse: float) -> bool:
 
 
 @lean_inlined
-def is_in_range(traffic: Traffic, beams: Beams, box: int, row: int, slot: int, inverse: float) -> bool:
+def is_in_range(traffic: FrameBoxes, beams: Beams, box: int, row: int, slot: int, inverse: float) -> bool:
     """Return whether a listed ray, a unit vector, gets anything back from an object of that class where it meets it."""
     ray = row * beams.columns + beams.column_of[slot % beams.columns]
     return bool(beams.limits[traffic.cls[box], ray] * inverse >= 1.0)
 
 
 @lean_inlined
-def cosine_of(traffic: Traffic, part: int, start: Direction, along: Direction) -> float:
+def cosine_of(traffic: FrameBoxes, part: int, start: Direction, along: Direction) -> float:
     """Return the cosine of the angle between a ray, in the axes of an object, and the normal of the face by which it
     enters a part; 1 for a ray that starts inside."""
     middle, half = bounds_of(traffic, part)
@@ -110,11 +110,17 @@ def is_returned(t: float, half_m: float, width: float, cosine: float, chance: fl
 
 @lean_inlined
 def _take(
-    traffic: Traffic, beams: Beams, sweep: Sweep, box: int, desk: Desk, found: np.ndarray, cells: np.ndarray
+    traffic: FrameBoxes,
+    beams: Beams,
+    sweep: Sweep,
+    box: int,
+    scratch: Scratch,
+    found: np.ndarray,
+    cells: np.ndarray,
 ) -> int:
     """Count the rays that enter an object of a group first without a nearer hit, and list the cells of a LiDAR's
     returning rays; return the number of the latter."""
-    canvas, words, turn, rays = desk.canvas, words_of(beams.columns), desk.outline.faces.turn, 0
+    canvas, words, turn, rays = scratch.canvas, words_of(beams.columns), scratch.outline.faces.turn, 0
     start, one = start_of(traffic, beams, box), sweep.ranks[box]
     set_turn(traffic, sweep.rotation, box, turn)
     for place in range(canvas.touched[0], canvas.touched[1]):
@@ -124,7 +130,7 @@ def _take(
             part = canvas.owner[slot]
             if part < 0 or box_of(part) != box:
                 continue
-            if desk.seen[place * words + (column >> 6)] >> np.uint64(column & 63) & np.uint64(1):
+            if scratch.seen[place * words + (column >> 6)] >> np.uint64(column & 63) & np.uint64(1):
                 continue
             if beams.turns and is_lost(traffic, beams, sweep.key, part, place, column):
                 continue
@@ -145,8 +151,8 @@ def _take(
                     half_m, width = beams.law[traffic.cls[box]], beams.law[3]
                     if not is_returned(1.0 / inverse, half_m, width, cosine, chance):
                         continue
-                desk.hits[0, rays], desk.hits[1, rays], desk.hits[2, rays] = along
-                desk.hits[3, rays] = inverse
+                scratch.hits[0, rays], scratch.hits[1, rays], scratch.hits[2, rays] = along
+                scratch.hits[3, rays] = inverse
             rays += 1
         if rays > before:
             found[FIRST_ROW, one] = min(found[FIRST_ROW, one], row) if found[FIRST_ROW, one] >= 0 else row
@@ -154,24 +160,24 @@ def _take(
     found[RAYS, one] = rays
     if not beams.turns:
         return 0
-    note_cells(start, desk.hits, rays, cells)
-    kept, block = keep_distinct(rays, cells, desk.table)
+    note_cells(start, scratch.hits, rays, cells)
+    kept, block = keep_distinct(rays, cells, scratch.table)
     for axis in range(3):
         found[FIRST_CELL + axis, one], found[LAST_CELL + axis, one] = block[axis], block[axis + 3]
     return int(kept)
 
 
 @lean_inlined
-def _hide(columns: int, desk: Desk) -> None:
+def _hide(columns: int, scratch: Scratch) -> None:
     """Note that the rays of a group have met something, and leave the canvas empty."""
-    canvas, words = desk.canvas, words_of(columns)
+    canvas, words = scratch.canvas, words_of(columns)
     for place in range(canvas.touched[0], canvas.touched[1]):
         # unsigned, as in `nearest`
         base, first = np.uint64(place * columns), np.uint64(place * words)
         for column in range(np.uint64(canvas.spans[place, 0]), np.uint64(canvas.spans[place, 1])):
             slot, bit = base + column, np.uint64(1) << (column & np.uint64(63))
             if canvas.owner[slot] >= 0:
-                desk.seen[first + (column >> np.uint64(6))] |= bit
+                scratch.seen[first + (column >> np.uint64(6))] |= bit
                 canvas.inverse[slot], canvas.owner[slot] = 0.0, -1
         canvas.spans[place, 0], canvas.spans[place, 1] = columns, 0
     canvas.touched[0], canvas.touched[1] = canvas.spans.shape[0], 0
@@ -190,12 +196,12 @@ def wipe(columns: int, canvas: Canvas) -> None:
 
 @lean
 def _cast_frame(
-    traffic: Traffic, beams: Beams, sweep: Sweep, desk: Desk, found: np.ndarray, at: np.ndarray,
+    traffic: FrameBoxes, beams: Beams, sweep: Sweep, scratch: Scratch, found: np.ndarray, at: np.ndarray,
     cells: np.ndarray, number: int,
 ) -> int:  # fmt: skip
     """Count one frame: fill found of its objects, append cells behind the `number` present; return their new number."""
-    depth_order, begin = desk.depth_order, 0
-    desk.seen[:] = 0
+    depth_order, begin = scratch.depth_order, 0
+    scratch.seen[:] = 0
     end = line_up(traffic, beams, sweep.frame, depth_order)
     draws = not beams.turns and beams.blocks.shape[0] == 0
     while begin < end:
@@ -203,21 +209,23 @@ def _cast_frame(
         while until < end and depth_order.first[until] == begin:
             until += 1
         box = depth_order.box[begin]
-        if not (draws and until == begin + 1 and _draw(traffic, beams, sweep, box, desk, found)):
-            number = _meet_group(traffic, beams, sweep, begin, until, desk, found, at, cells, number)
+        if not (draws and until == begin + 1 and _draw(traffic, beams, sweep, box, scratch, found)):
+            number = _meet_group(traffic, beams, sweep, begin, until, scratch, found, at, cells, number)
         begin = until
     return number
 
 
 @lean_inlined
-def _draw(traffic: Traffic, beams: Beams, sweep: Sweep, box: int, desk: Desk, found: np.ndarray) -> bool:
+def _draw(
+    traffic: FrameBoxes, beams: Beams, sweep: Sweep, box: int, scratch: Scratch, found: np.ndarray
+) -> bool:
     """Count the pixels of an object that is no nearer than the hits so far; return False where that takes the rays."""
-    outline = desk.outline
+    outline = scratch.outline
     if not draw_box(traffic, beams, box, sweep.rotation, outline):
         return False
     if beams.stops.size > 0 and is_stopped_before(beams, outline):
         return False
-    counts, one = count_outline(beams, outline, desk.seen), sweep.ranks[box]
+    counts, one = count_outline(beams, outline, scratch.seen), sweep.ranks[box]
     if one >= 0:
         found[ALONE, one], found[RAYS, one] = counts[0], counts[1]
         found[FIRST_ROW, one], found[LAST_ROW, one] = counts[2], counts[3]
@@ -226,17 +234,17 @@ def _draw(traffic: Traffic, beams: Beams, sweep: Sweep, box: int, desk: Desk, fo
 
 @lean_inlined
 def _meet_group(
-    traffic: Traffic, beams: Beams, sweep: Sweep, begin: int, end: int, desk: Desk, found: np.ndarray,
+    traffic: FrameBoxes, beams: Beams, sweep: Sweep, begin: int, end: int, scratch: Scratch, found: np.ndarray,
     at: np.ndarray, cells: np.ndarray, number: int,
 ) -> int:  # fmt: skip
     """Let all rays meet the boxes of a group, places begin..end-1 of the depth order; returns the number of cells
     then."""
-    depth_order, outline = desk.depth_order, desk.outline
+    depth_order, outline = scratch.depth_order, scratch.outline
     for place in range(begin, end):
         box = depth_order.box[place]
         one, alone = sweep.ranks[box], meet_box(
             traffic, beams, box, sweep.rotation, sweep.key, outline.faces, outline.corners, outline.centre,
-            desk.canvas,
+            scratch.canvas,
         )  # fmt: skip
         if one >= 0:
             found[ALONE, one] = alone
@@ -244,10 +252,10 @@ def _meet_group(
         box = depth_order.box[place]
         one = sweep.ranks[box]
         if one >= 0 and found[ALONE, one] > 0:
-            own = _take(traffic, beams, sweep, box, desk, found, cells[number:])
+            own = _take(traffic, beams, sweep, box, scratch, found, cells[number:])
             found[CELLS, one], at[one] = own, number
             number += own
-    _hide(beams.columns, desk)
+    _hide(beams.columns, scratch)
     return number
 
 
@@ -265,33 +273,33 @@ def spun(rotation: np.ndarray, phase: float) -> np.ndarray:
 
 
 @kernel
-def _desk_for(
+def _new_scratch(
     rows: int, columns: int, most: int, inverse: np.ndarray, owner: np.ndarray, last: np.ndarray,
     table: np.ndarray,
-) -> Desk:  # fmt: skip
+) -> Scratch:  # fmt: skip
     """Return room for a lattice of rays and frames of at most `most` boxes, whose large parts are given."""
     spans = np.empty((rows, 2), np.int32)
     spans[:, 0], spans[:, 1] = columns, 0
     canvas = Canvas(inverse, owner, last, spans, np.empty(columns), np.array([rows, 0]))
     outline, seen = outline_for(new_faces(), rows, columns), np.empty(rows * words_of(columns), np.uint64)
-    return Desk(new_depth_order(most), outline, canvas, seen, np.empty((4, rows * columns)), table)
+    return Scratch(new_depth_order(most), outline, canvas, seen, np.empty((4, rows * columns)), table)
 
 
 @kernel
 def _cast_some(
-    traffic: Traffic, beams: Beams, first: int, end: int, phases: np.ndarray, keys: np.ndarray, ranks: np.ndarray,
-    desk: Desk, found: np.ndarray, at: np.ndarray, cells: np.ndarray, number: int,
+    traffic: FrameBoxes, beams: Beams, first: int, end: int, phases: np.ndarray, keys: np.ndarray, ranks: np.ndarray,
+    scratch: Scratch, found: np.ndarray, at: np.ndarray, cells: np.ndarray, number: int,
 ) -> int:  # fmt: skip
     """Cast a sensor in frames first..end-1, one after the other; returns the number of cells."""
     for frame in range(first, end):
         sweep = Sweep(frame, spun(beams.rotation, phases[frame]), keys[frame], ranks)
-        number = _cast_frame(traffic, beams, sweep, desk, found, at, cells, number)
+        number = _cast_frame(traffic, beams, sweep, scratch, found, at, cells, number)
     return number
 
 
 @parallel_kernel
 def cast_frames(
-    traffic: Traffic, beams: Beams, first: int, end: int, phases: np.ndarray, keys: np.ndarray, ranks: np.ndarray,
+    traffic: FrameBoxes, beams: Beams, first: int, end: int, phases: np.ndarray, keys: np.ndarray, ranks: np.ndarray,
     most: int, inverse: np.ndarray, owner: np.ndarray, last: np.ndarray, tables: np.ndarray,
     found: np.ndarray, at: np.ndarray, cells: np.ndarray, filled: np.ndarray,
 ) -> None:  # fmt: skip
@@ -306,12 +314,25 @@ def cast_frames(
     """
     workers, rows, columns = inverse.shape[0], beams.row_of.size, beams.columns
     for worker in numba.prange(workers):
-        desk = _desk_for(rows, columns, most, inverse[worker], owner[worker], last[worker], tables[worker])
+        scratch = _new_scratch(
+            rows, columns, most, inverse[worker], owner[worker], last[worker], tables[worker]
+        )
         # a worker's frames lie together, and so do its objects
         begin = first + (end - first) * worker // workers
         until = first + (end - first) * (worker + 1) // workers
         filled[worker] = _cast_some(
-            traffic, beams, begin, until, phases, keys, ranks, desk, found, at, cells[worker], filled[worker]
+            traffic,
+            beams,
+            begin,
+            until,
+            phases,
+            keys,
+            ranks,
+            scratch,
+            found,
+            at,
+            cells[worker],
+            filled[worker],
         )
 
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from riglens.core.kernels.objects.box_frames import Beams, Traffic, half_of, is_inside, reach_of, start_of
+from riglens.core.kernels.objects.box_frames import Beams, FrameBoxes, half_of, is_inside, reach_of, start_of
 from riglens.core.kernels.rays.lattice import Direction, rotated_back
 from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined
 
@@ -55,7 +55,7 @@ def new_depth_order(boxes: int) -> DepthOrder:
 
 
 @lean
-def line_up(traffic: Traffic, beams: Beams, frame: int, depth_order: DepthOrder) -> int:
+def line_up(traffic: FrameBoxes, beams: Beams, frame: int, depth_order: DepthOrder) -> int:
     """Fill the depth order with the boxes of a frame that rays may meet; return their number up to the last group with
     one that counts. A box around the sensor is left out, and those too far away to hide one that counts."""
     count = _look_round(traffic, beams, frame, depth_order)
@@ -71,7 +71,7 @@ def line_up(traffic: Traffic, beams: Beams, frame: int, depth_order: DepthOrder)
 
 
 @lean_inlined
-def _look_round(traffic: Traffic, beams: Beams, frame: int, depth_order: DepthOrder) -> int:
+def _look_round(traffic: FrameBoxes, beams: Beams, frame: int, depth_order: DepthOrder) -> int:
     """List the boxes that rays can hit, in the order of the data: numbers in `box`, their geometry in `sight`."""
     count, reach = 0, reach_of(traffic, beams, frame)
     ahead = beams.rotation[:, 0]
@@ -110,7 +110,7 @@ def _square(x: float, y: float, z: float) -> float:
 
 
 @lean_inlined
-def _to(traffic: Traffic, beams: Beams, box: int) -> Direction:
+def _to(traffic: FrameBoxes, beams: Beams, box: int) -> Direction:
     centre, origin = traffic.centres[box], beams.origin
     return centre[0] - origin[0], centre[1] - origin[1], centre[2] - origin[2]
 
@@ -164,7 +164,7 @@ def _sort(depth_order: DepthOrder, count: int) -> None:
 
 
 @lean_inlined
-def _settle(traffic: Traffic, depth_order: DepthOrder, count: int) -> None:
+def _settle(traffic: FrameBoxes, depth_order: DepthOrder, count: int) -> None:
     """Find the groups: runs of the depth order of which some pair is not known to be in order."""
     order, sight, farthest = depth_order.order, depth_order.sight, 0.0
     for place in range(count):
@@ -191,7 +191,7 @@ def _settle(traffic: Traffic, depth_order: DepthOrder, count: int) -> None:
 
 
 @lean_inlined
-def _may_precede(traffic: Traffic, depth_order: DepthOrder, one: int, other: int) -> bool:
+def _may_precede(traffic: FrameBoxes, depth_order: DepthOrder, one: int, other: int) -> bool:
     """Return whether no ray enters the second of two boxes, by their places in the depth order, before the first."""
     mine, its = depth_order.sight[depth_order.order[one]], depth_order.sight[depth_order.order[other]]
     if mine[_FAR] * _WIDER < its[_NEAR]:
@@ -203,7 +203,7 @@ def _may_precede(traffic: Traffic, depth_order: DepthOrder, one: int, other: int
 
 
 @lean
-def _sort_group(traffic: Traffic, depth_order: DepthOrder, begin: int, end: int) -> None:
+def _sort_group(traffic: FrameBoxes, depth_order: DepthOrder, begin: int, end: int) -> None:
     """Split a group: what may come before all others goes ahead, what may come after all others goes behind, one by
     one; the rest stays a group, in the order of the data."""
     if end - begin <= _MANY:
@@ -213,7 +213,7 @@ def _sort_group(traffic: Traffic, depth_order: DepthOrder, begin: int, end: int)
 
 
 @lean_inlined
-def _peel(traffic: Traffic, depth_order: DepthOrder, begin: int, end: int) -> tuple[int, int]:
+def _peel(traffic: FrameBoxes, depth_order: DepthOrder, begin: int, end: int) -> tuple[int, int]:
     """Move boxes that are in order to both ends of a group, as groups of one; return begin and end of the rest."""
     late = depth_order.late
     for one in range(begin, end):
@@ -271,7 +271,7 @@ def _by_number(box: np.ndarray, begin: int, end: int) -> None:
 
 
 @lean_inlined
-def is_before(traffic: Traffic, one: int, other: int, to_one: np.ndarray, to_other: np.ndarray) -> bool:
+def is_before(traffic: FrameBoxes, one: int, other: int, to_one: np.ndarray, to_other: np.ndarray) -> bool:
     """Return whether a face of one of two boxes keeps them apart, with the sensor on the side of the first; to_one,
     to_other: their rows of `DepthOrder.sight`."""
     away = (to_other[_X] - to_one[_X], to_other[_Y] - to_one[_Y], to_other[_Z] - to_one[_Z])
@@ -286,7 +286,7 @@ def is_before(traffic: Traffic, one: int, other: int, to_one: np.ndarray, to_oth
 
 @lean_inlined
 def _is_kept_apart(
-    traffic: Traffic, mine: int, other: int, away: Direction, sensor: Direction, is_mine: bool
+    traffic: FrameBoxes, mine: int, other: int, away: Direction, sensor: Direction, is_mine: bool
 ) -> bool:
     """Return whether a face of a box keeps it and another one apart, with the sensor on the box's own side, or on the
     other's.

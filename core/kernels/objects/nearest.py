@@ -14,7 +14,7 @@ from riglens.core.kernels.objects.box_frames import (
     Beams,
     Canvas,
     Faces,
-    Traffic,
+    FrameBoxes,
     bounds_of,
     distance_of,
     glass_draw,
@@ -247,7 +247,7 @@ def _window_of(
 
 
 @lean_inlined
-def _faces_of(traffic: Traffic, beams: Beams, box: int, part: int, key: np.uint64, faces: Faces) -> Faces:
+def _faces_of(traffic: FrameBoxes, beams: Beams, box: int, part: int, key: np.uint64, faces: Faces) -> Faces:
     """Return the faces of a part of a box."""
     is_clear = beams.glass[0] > 0.0 and is_glass(traffic, part)
     return Faces(box, part, is_clear, key, faces.turn, faces.enter, faces.rest, faces.leave, faces.other)
@@ -255,8 +255,8 @@ def _faces_of(traffic: Traffic, beams: Beams, box: int, part: int, key: np.uint6
 
 @lean
 def meet_frame(
-    traffic: Traffic, beams: Beams, frame: int, rotation: np.ndarray, key: np.uint64, faces: Faces, corners: np.ndarray,
-    centre: np.ndarray, canvas: Canvas, alone: np.ndarray,
+    traffic: FrameBoxes, beams: Beams, frame: int, rotation: np.ndarray, key: np.uint64, faces: Faces,
+    corners: np.ndarray, centre: np.ndarray, canvas: Canvas, alone: np.ndarray,
 ) -> None:  # fmt: skip
     """Write the nearest entries of a frame's boxes on the canvas; key: of the draws of returns; alone (n,) of all boxes
     takes the rays that enter each of them, without occlusion."""
@@ -268,8 +268,8 @@ def meet_frame(
 
 @lean_inlined
 def meet_box(
-    traffic: Traffic, beams: Beams, box: int, rotation: np.ndarray, key: np.uint64, faces: Faces, corners: np.ndarray,
-    centre: np.ndarray, canvas: Canvas,
+    traffic: FrameBoxes, beams: Beams, box: int, rotation: np.ndarray, key: np.uint64, faces: Faces,
+    corners: np.ndarray, centre: np.ndarray, canvas: Canvas,
 ) -> int:  # fmt: skip
     """Write the nearest entries of a box on the canvas; return the number of rays that enter it, without occlusion."""
     entered, half, start = 0, half_of(traffic, box), start_of(traffic, beams, box)

@@ -13,7 +13,7 @@ import numpy as np
 from riglens.core.kernels.objects.box_frames import (
     Beams,
     Canvas,
-    Traffic,
+    FrameBoxes,
     bounds_of,
     box_of,
     is_glass,
@@ -60,7 +60,7 @@ class Image(NamedTuple):
 
 
 @lean_inlined
-def _face_light(traffic: Traffic, box: int, part: int, start: np.ndarray, along: Direction) -> float:
+def _face_light(traffic: FrameBoxes, box: int, part: int, start: np.ndarray, along: Direction) -> float:
     """Return the brightness of the face by which a ray enters a part, 0.35 to 1."""
     middle, half = bounds_of(traffic, part)
     last, axis_of, sign = -np.inf, 2, 1.0
@@ -110,7 +110,7 @@ def _note_seen(seen: np.ndarray, row: int, column: int) -> None:
 
 @lean
 def _paint(
-    traffic: Traffic, surface: Surface, beams: Beams, paint: Paint, canvas: Canvas, turns: np.ndarray,
+    traffic: FrameBoxes, surface: Surface, beams: Beams, paint: Paint, canvas: Canvas, turns: np.ndarray,
     starts: np.ndarray, to: Image,
 ) -> None:  # fmt: skip
     for place in range(beams.row_of.size):
@@ -154,7 +154,7 @@ def _paint(
 
 @kernel
 def paint_frame(
-    traffic: Traffic,
+    traffic: FrameBoxes,
     surface: Surface,
     beams: Beams,
     paint: Paint,

@@ -13,7 +13,7 @@ import numpy as np
 from riglens.core.kernels.objects.box_frames import (
     Beams,
     Faces,
-    Traffic,
+    FrameBoxes,
     bounds_of,
     half_of,
     parts_of,
@@ -76,7 +76,7 @@ def words_of(columns: int) -> int:
 
 
 @lean_inlined
-def draw_box(traffic: Traffic, beams: Beams, box: int, rotation: np.ndarray, to: Outline) -> bool:
+def draw_box(traffic: FrameBoxes, beams: Beams, box: int, rotation: np.ndarray, to: Outline) -> bool:
     """Set the bits of the rays that enter a box; return False where the outline cannot decide."""
     start, half, turn = start_of(traffic, beams, box), half_of(traffic, box), to.faces.turn
     set_turn(traffic, rotation, box, turn)
@@ -100,7 +100,7 @@ def draw_box(traffic: Traffic, beams: Beams, box: int, rotation: np.ndarray, to:
 
 
 @lean_inlined
-def _can_be_drawn(traffic: Traffic, beams: Beams, box: int, start: Direction) -> bool:
+def _can_be_drawn(traffic: FrameBoxes, beams: Beams, box: int, start: Direction) -> bool:
     """Return whether a box is not so near that rays may meet it before they are as far ahead as boxes are cut, nor too
     far or too thin for outlines."""
     half, thin, near2, far2 = half_of(traffic, box), np.inf, 0.0, 0.0

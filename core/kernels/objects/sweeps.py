@@ -13,7 +13,7 @@ import numpy as np
 from riglens.core.kernels.objects.box_frames import (
     Beams,
     Canvas,
-    Traffic,
+    FrameBoxes,
     box_of,
     is_inside,
     is_lost,
@@ -38,7 +38,7 @@ _HALF_WORD = 1.0 / (1 << 32)
 _SQRT3 = 1.7320508075688772
 
 
-class Looks(NamedTuple):
+class Reflectivity(NamedTuple):
     """Reflection model of a frame: `users`, the number of objects, which come first among its boxes; soft (k,): depth
     to which rays enter boxes of each kind, metres; bright (n,): intensity of each box at a right angle, and `road` that
     of the ground."""
@@ -58,7 +58,7 @@ class Surface(NamedTuple):
     waves: np.ndarray
 
 
-class Chances(NamedTuple):
+class DrawKeys(NamedTuple):
     """Keys of the draws of a sensor in a frame: returns, noise, losses; standard deviation of the noise in metres,
     share lost; law (6,) or (0,): range in metres at which half of the rays return from car, bicycle, pedestrian,
     occluders, the ground, and the relative width."""
@@ -125,7 +125,7 @@ def bell(key: np.uint64) -> float:
 
 @lean
 def set_frames(
-    traffic: Traffic, beams: Beams, rotation: np.ndarray, turns: np.ndarray, starts: np.ndarray
+    traffic: FrameBoxes, beams: Beams, rotation: np.ndarray, turns: np.ndarray, starts: np.ndarray
 ) -> None:
     """Write the axes of every box: turns (n, 3, 3) from those of the sensor, and starts (n, 3), the sensor in them."""
     for box in range(traffic.centres.shape[0]):
@@ -136,7 +136,7 @@ def set_frames(
 @lean_inlined
 def _note(
     ray: int, d: Direction, origin: np.ndarray, t: float, deep: float, shade: float, what: int,
-    draws: Chances, to: Returns, count: int,
+    draws: DrawKeys, to: Returns, count: int,
 ) -> int:  # fmt: skip
     """Record a return, unless it is lost; return the number so far."""
     word = mixed(draws.losses, np.uint64(ray))
@@ -154,7 +154,8 @@ def _note(
 
 @lean
 def _note_returns(
-    traffic: Traffic, looks: Looks, surface: Surface, beams: Beams, rotation: np.ndarray, draws: Chances,
+    traffic: FrameBoxes, reflectivity: Reflectivity, surface: Surface, beams: Beams, rotation: np.ndarray,
+    draws: DrawKeys,
     canvas: Canvas, turns: np.ndarray, starts: np.ndarray, to: Returns,
 ) -> int:  # fmt: skip
     """Record the returns of all rays, row by row from below; return the number of points."""
@@ -171,13 +172,13 @@ def _note_returns(
             if inverse == 0.0 or (beams.ends.size > 0 and is_stopped(beams, row, slot, inverse)):
                 continue
             t = 1.0 / inverse
-            deep, cosine, bright, half_m, what = 0.0, -d[2], looks.road, 0.0, GROUND
+            deep, cosine, bright, half_m, what = 0.0, -d[2], reflectivity.road, 0.0, GROUND
             if part >= 0:
                 box = box_of(part)
                 along, s = turned(turns[box], local), starts[box]
                 cosine = cosine_of(traffic, part, (s[0], s[1], s[2]), along)
-                deep, bright, what = looks.soft[traffic.kind[box]], looks.bright[box], STATIC
-                if box < looks.users:
+                deep, bright, what = reflectivity.soft[traffic.kind[box]], reflectivity.bright[box], STATIC
+                if box < reflectivity.users:
                     what = box
                     to.reached[box] += 1
                 half_m = law[traffic.cls[box]] if law.size > 0 else 0.0
@@ -196,7 +197,8 @@ def _note_returns(
 
 @kernel
 def cast_sweep(
-    traffic: Traffic, looks: Looks, surface: Surface, beams: Beams, phase: float, draws: Chances, canvas: Canvas,
+    traffic: FrameBoxes, reflectivity: Reflectivity, surface: Surface, beams: Beams, phase: float, draws: DrawKeys,
+    canvas: Canvas,
     alone: np.ndarray, to: Returns,
 ) -> int:  # fmt: skip
     """Simulate one sweep of a LiDAR in the only frame of `traffic`, its azimuths shifted by a phase in radians.
@@ -210,7 +212,7 @@ def cast_sweep(
     meet_frame(traffic, beams, 0, rotation, key, faces, np.empty((8, 3)), np.empty(3), canvas, alone)
     turns, starts = np.empty((boxes, 3, 3)), np.empty((boxes, 3))
     set_frames(traffic, beams, rotation, turns, starts)
-    count = _note_returns(traffic, looks, surface, beams, rotation, draws, canvas, turns, starts, to)
+    count = _note_returns(traffic, reflectivity, surface, beams, rotation, draws, canvas, turns, starts, to)
     canvas.last[:] = -1
     wipe(beams.columns, canvas)
     return count
@@ -220,7 +222,7 @@ def cast_sweep(
 def count_inside(
     points: np.ndarray, centres: np.ndarray, halves: np.ndarray, rotations: np.ndarray, counts: np.ndarray
 ) -> None:
-    """Count the points (p, 3) in each box (n,), faces included; boxes as in `Traffic`."""
+    """Count the points (p, 3) in each box (n,), faces included; boxes as in `FrameBoxes`."""
     for box in range(counts.size):
         centre, turn = centres[box], rotations[box]
         half = halves[box, 0], halves[box, 1], halves[box, 2]

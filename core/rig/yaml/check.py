@@ -21,7 +21,7 @@ from riglens.core.rig.yaml.problems import (
 )
 from riglens.core.rig.yaml.text import plain_fields
 from riglens.core.sensors.registry import kind_named
-from riglens.core.sensors.scan import READER, Reader, Shots
+from riglens.core.sensors.scan import READER, RayRows, Reader
 
 
 def rig_from_nodes(root: Node, where: str, reader: Reader | None = None) -> Rig:
@@ -50,7 +50,7 @@ def read_again(rig: Rig) -> Reader:
     """Return a reader of the files with rays that a rig has read."""
     known = {sensor.table.file: sensor.table for sensor in rig.sensors if sensor.table is not None}
 
-    def read(file: str) -> Shots:
+    def read(file: str) -> RayRows:
         if file not in known:
             raise ValueError(f"file {file!r:.60} has not been read")
         return known[file].read_again(file)

@@ -121,7 +121,7 @@ def valid_rig_sha256(rig: Rig) -> str:
 def _hashed_fields(sensor: Sensor) -> dict[str, Plain]:
     fields = plain_fields(sensor).items()
     hashed = {key: value for key, value in fields if key not in LATER_FIELDS or value not in (None, ())}
-    return hashed if sensor.table is None else hashed | {"rays_sha256": sensor.table.shots().sha256}
+    return hashed if sensor.table is None else hashed | {"rays_sha256": sensor.table.ray_rows().sha256}
 
 
 def same_rig(one: Rig, other: Rig) -> bool:

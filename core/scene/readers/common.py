@@ -24,6 +24,7 @@ from riglens.core.reading_time import MAX_BOXES_S, Clock, ReadingTime
 from riglens.core.scene.boxes import CLASSES, BoxBatch, DataReport, FrameLabels, Progress
 from riglens.core.scene.limits import MAX_FRAMES, one_line, require_few_names
 from riglens.core.scene.readers.classes import NO_BOX_CALLED, ClassTable
+from riglens.core.scene.statistics import BoxStatistics, BoxTally
 
 MAX_POSITION_M = 1e6
 MAX_SIZE_M = 1e3
@@ -49,8 +50,8 @@ class BoxOptions:
 
     origin_m: place of the source's origin in the vehicle frame, metres, added to every box; frames: how many
     frames the set holds when empty ones leave no trace in it; is_part: whether it belongs to a larger set, so
-    that it may hold no frame; notes: further remarks for the report. Raise InputError for numbers out of
-    range.
+    that it may hold no frame; notes: further remarks for the report; is_origin_known: whether the format fixes the
+    origin's place. Raise InputError for numbers out of range.
     """
 
     origin_m: Vec3
@@ -58,6 +59,7 @@ class BoxOptions:
     frames: int | None = None
     is_part: bool = False
     notes: tuple[str, ...] = ()
+    is_origin_known: bool = False
 
     def __post_init__(self) -> None:
         if not all(math.isfinite(value) and abs(value) <= MAX_POSITION_M for value in self.origin_m):
@@ -78,6 +80,7 @@ class Tally:
     unmapped: Counter[str] = field(default_factory=Counter)
     notes: list[str] = field(default_factory=list)
     named: list[FrameLabels] = field(default_factory=list)
+    statistics: BoxTally = field(default_factory=BoxTally)
 
     def name_frames(self, sequence: str, frames: NDArray[np.int64]) -> None:
         """Name the next frames: their sequence, and their numbers within it, (n,)."""
@@ -155,8 +158,10 @@ class FileBoxSource(ABC):
         with readable(self.path):
             for batch in self._read(tally, told):
                 tally.boxes += np.bincount(batch.cls, minlength=len(CLASSES))
+                moved = replace(batch, centre_m=batch.centre_m + np.asarray(self.options.origin_m))
+                tally.statistics.add(*_columns(moved))
                 taken.pause()
-                yield replace(batch, centre_m=batch.centre_m + np.asarray(self.options.origin_m))
+                yield moved
                 taken.go_on()
         self._report = self._finish(tally)
 
@@ -177,6 +182,7 @@ class FileBoxSource(ABC):
             (*tally.notes, *self.options.classes.never_met()),
             tally.sequences,
             reduce(FrameLabels.joined, tally.named) if tally.named else None,
+            tally.statistics.statistics(self.options.origin_m, self.options.is_origin_known),
         )
         return report if self.options.is_part else with_all_frames(report, self.options.frames)
 
@@ -226,6 +232,7 @@ def added_up(name: str, sha256: str, reports: Sequence[DataReport]) -> DataRepor
         tuple(dict.fromkeys(note for report in reports for note in report.notes if _holds(note, reports))),
         sum(report.sequences for report in reports),
         _joined_labels(reports),
+        BoxStatistics.joined(report.statistics for report in reports),
     )
 
 

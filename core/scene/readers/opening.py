@@ -49,9 +49,12 @@ def open_boxes(
     def options(format_: BoxFormat, is_part: bool) -> BoxOptions:
         x, y, z = origin_m or format_.origin_m or _NO_SHIFT
         told = f"origin: {format_.origin_is} is at {x:g} {y:g} {z:g} m in the vehicle frame"
-        more = (told,) if origin_m is None and format_.origin_m is not None else ()
+        is_known = origin_m is None and format_.origin_m is not None
+        more = (told,) if is_known else ()
         classes = ClassTable(format_.classes, dict(class_map or {}))
-        return BoxOptions((x, y, z + lift_m), classes, None if is_part else frames, is_part, (*notes, *more))
+        return BoxOptions(
+            (x, y, z + lift_m), classes, None if is_part else frames, is_part, (*notes, *more), is_known
+        )
 
     places = [Path(path)] if isinstance(path, str | Path) else list(path)
     if len(places) == 1:
@@ -72,12 +75,6 @@ def default_origin_m(path: Path) -> Vec3:
     """
     with readable(path):
         return _format_of(path).origin_m or _NO_SHIFT
-
-
-def has_known_origin(path: Path) -> bool:
-    """Return whether the source fixes the origin's place on its car; only names and first bytes are read."""
-    with readable(path):
-        return _format_of(path).origin_m is not None
 
 
 def _open(place: Path, options: Options, is_part: bool) -> Source:

@@ -10,14 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.engine.engine import Engine
+from riglens.core.figures.hits import ON_TARGET, SHARE_1, SHARE_5
+from riglens.core.figures.objects import parts_by_class
+from riglens.core.figures.predicted import PREDICTED
 from riglens.core.metric.scores import PAPER_SETTINGS, Reading
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.study.detection.protocol import Entrant
 from riglens.core.study.detection.statistics import COLUMNS
+from riglens.core.targets.counts import Counted
 from riglens.core.targets.engine import TargetEngine
-from riglens.core.targets.scores import TargetScores
 from riglens.core.targets.settings import TargetSettings
-from riglens.core.targets.traffic import NO_CLASS, Traffic
+from riglens.core.targets.traffic import NO_CLASS
 
 Doubles = NDArray[np.float64]
 
@@ -85,34 +88,23 @@ def _of(
         if name == "s_ms":
             found["seen"] = [classes[cls].any_seen for cls in CLASSES]
     counted = targets.evaluate(entrant.rig, settings)
-    return (
-        found | _of_objects(counted, targets.traffic, judged) | {"rays": [float(entrant.rays)] * len(CLASSES)}
-    )
+    return found | _of_objects(counted, judged) | {"rays": [float(entrant.rays)] * len(CLASSES)}
 
 
-def _of_objects(
-    counted: TargetScores, traffic: Traffic, judged: NDArray[np.bool_] | None
-) -> dict[str, list[float]]:
-    objects, cls = counted.objects, traffic.cls[counted.objects.box]
+def _of_objects(counted: Counted, judged: NDArray[np.bool_] | None) -> dict[str, list[float]]:
+    cls = counted.groups.cls
+    values = {one.key: one.values(counted) for one in (PREDICTED, ON_TARGET, SHARE_5, SHARE_1)}
 
     def by_class(values: NDArray[Any]) -> list[float]:
         return [_mean(values[cls == number]) for number in range(len(CLASSES))]
 
-    if judged is None:
-        totals = [counted.classes[name].total for name in CLASSES]
-        return {
-            "predicted": by_class(objects.predicted),
-            "on_target": [row.on_target.value for row in totals],
-            "share_5": [row.share_5.value for row in totals],
-            "share_1": [row.share_1.value for row in totals],
-        }
-    cls = np.where(judged[objects.box], cls, NO_CLASS)
-    return {
-        "predicted": by_class(objects.predicted),
-        "on_target": by_class(objects.on_target),
-        "share_5": by_class(objects.all_points >= 5),
-        "share_1": by_class(objects.all_points >= 1),
-    }
+    if judged is not None:
+        cls = np.where(judged[counted.objects.box], cls, NO_CLASS)
+        return {key: by_class(one) for key, one in values.items()}
+    figures = (ON_TARGET, SHARE_5, SHARE_1)
+    rows = [one.total for one in parts_by_class(counted, figures).values()]
+    own = {one.key: [row[one.key].value for row in rows] for one in figures}
+    return {PREDICTED.key: by_class(values[PREDICTED.key])} | own
 
 
 def _mean(values: NDArray[Any]) -> float:

@@ -1,6 +1,4 @@
-"""`riglens audit`: shares that add up, as a table for people and JSON for programs."""
-
-import json
+"""`riglens review --only audit`: shares that add up, as a table for people and JSON for programs."""
 
 import pytest
 
@@ -8,12 +6,11 @@ from tests.app.conftest import SMALL_GRID
 
 
 def test_the_json_and_the_table_say_where_rays_go_and_that_the_rig_floats(riglens, boxes):
-    found = riglens("audit", "Center", "--boxes", boxes, *SMALL_GRID, "--json", "-")
-    assert found.code == 0, found.err
-    document = json.loads(found.out)
+    words = ("review", "--only", "audit", "Center", "--boxes", boxes, *SMALL_GRID)
+    document = riglens(*words, "--json", "-").part("audit")
     assert list(document) == ["riglens", "body", "rig", "sensors"] and document["body"] == "blocks"
     for sensor in document["sensors"]:
         assert sum(sensor["shares"].values()) == pytest.approx(1.0)
         assert sensor["place"]["drop_m"] > 0.5 and "above the body" in sensor["place"]["problem"]
-    table = riglens("audit", "Center", "--boxes", boxes, *SMALL_GRID).out
+    table = riglens(*words).out
     assert "needs a bracket" in table and "body blocks" in table

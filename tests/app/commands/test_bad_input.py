@@ -5,7 +5,7 @@ import shlex
 import pytest
 
 from riglens.app.commands import running
-from riglens.app.commands.parsing import COMMANDS, GROUPS, PARTS, app, meant_command
+from riglens.app.commands.parsing import COMMANDS, GROUPS, app, meant_command
 from riglens.core.rig.presets import PRESETS
 from tests.app.conftest import SMALL_GRID
 
@@ -35,7 +35,8 @@ def test_a_rig_that_is_neither_file_nor_preset_is_refused_with_the_presets(rigle
     ("words", "hint"),
     [
         (("evalute", "W+T"), "unknown command 'evalute' (did you mean 'riglens evaluate'?)"),
-        (("Presets",), "riglens presets"),
+        (("Evaluates",), "riglens evaluate"),
+        (("blind", "W+T"), "unknown command 'blind'"),
         (("help",), "riglens --help"),
         (("evaluate", "W+T", "--json", ""), "empty word"),
         (("data", ""), "empty word"),
@@ -62,7 +63,7 @@ def test_help_lists_the_options_that_take_a_number(riglens, command, option):
 
 def test_no_line_of_a_docstring_breaks_the_help_of_an_option():
     groups = [(group, name) for group, (_, commands) in GROUPS.items() for name in commands]
-    for words in (*((name,) for name in (*COMMANDS, *PARTS)), *groups):
+    for words in (*((name,) for name in COMMANDS), *groups):
         command = app
         for word in words:
             command = command[word]
@@ -77,11 +78,11 @@ def test_no_preset_is_taken_for_a_misspelt_command():
 @pytest.mark.parametrize("command", ["evaluate --json", "pog --out", "data --json", "convert"])
 def test_a_result_never_takes_the_place_of_what_it_is_made_of(riglens, boxes, tmp_path, command):
     rig = tmp_path / "mine.yaml"
-    riglens("presets", "Line", "--out", rig)
+    riglens("list", "rigs", "Line", "--out", rig)
     words = {
         "evaluate --json": ("evaluate", rig, "--boxes", boxes, *SMALL_GRID, "--json", rig),
-        "pog --out": ("pog", boxes, *SMALL_GRID, "--out", boxes),
-        "data --json": ("data", boxes, "--json", boxes),
+        "pog --out": ("data", "build", boxes, *SMALL_GRID, "--out", boxes),
+        "data --json": ("data", "show", boxes, "--json", boxes),
         "convert": ("convert", rig, rig, "--to", "nuscenes"),
     }
     before = rig.read_bytes(), boxes.read_bytes()
@@ -98,7 +99,7 @@ def test_a_bad_box_table_is_refused_with_its_line_and_the_old_pog_stays(riglens,
     (tmp_path / "bad.csv").write_text(HEADER + rows)
     target = tmp_path / "old.npz"
     target.write_text("kept")
-    line = riglens("pog", tmp_path / "bad.csv", "--out", target, *SMALL_GRID).refused()
+    line = riglens("data", "build", tmp_path / "bad.csv", "--out", target, *SMALL_GRID).refused()
     assert "bad.csv" in line and "4711" in line
     assert target.read_text() == "kept"
     assert sorted(path.name for path in tmp_path.iterdir()) == ["bad.csv", "old.npz"]
@@ -175,8 +176,8 @@ def test_an_unwritable_output_is_refused_before_any_work(riglens, tmp_path, boxe
     for path in (tmp_path / "no" / "such" / "folder" / "out.png", tmp_path / "folder.png"):
         words = {
             "evaluate": ("evaluate", "W+T", "--boxes", boxes, *SMALL_GRID, "--json", path),
-            "pog": ("pog", boxes, *SMALL_GRID, "--out", path),
-            "presets": ("presets", "W+T", "--out", path),
+            "pog": ("data", "build", boxes, *SMALL_GRID, "--out", path),
+            "presets": ("list", "rigs", "W+T", "--out", path),
             "table1": ("study", "table1", "--boxes", boxes, *SMALL_GRID, "--csv", path),
             "render": ("render", "W+T", "--boxes", boxes, *SMALL_GRID, "--out", path),
         }[command]
@@ -190,38 +191,39 @@ def test_a_failure_of_the_program_ends_with_3_and_a_traceback(riglens, monkeypat
             raise error
 
         monkeypatch.setattr(running, "_run", failing)
-        found = riglens("presets")
+        found = riglens("list", "rigs")
         assert found.code == 3 and said in found.err and found.out == ""
 
 
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        ("blind Center --width -1", "--width must be between 0 and 5 m (got -1)"),
-        ("blind Center --within 1000", "--within must be between 1 and 100 m (got 1000)"),
-        ("blind Center --out map.gif", "--out must end in .csv or .png"),
-        ("blind Center --profile missing.yaml", "missing.yaml: no such file"),
-        ("card Center --to 1", "--to must be between"),
-        ("card Center --deceleration 0", "--deceleration must be between"),
-        ("card Center --directions 0", "--directions must be between 1 and 72 (got 0)"),
-        ("card Center --min-points 0", "--min-points must be between"),
-        ("card Center --chart card.bmp", "--chart must end in .png or .svg (got card.bmp)"),
+        ("review Center --blind-width -1", "--blind-width must be between 0 and 5 m (got -1)"),
+        ("review Center --blind-within 1000", "--blind-within must be between 1 and 100 m (got 1000)"),
+        ("review Center --blind-map map.gif", "--blind-map must end in .csv or .png"),
+        ("review Center --profile missing.yaml", "missing.yaml: no such file"),
+        ("review Center --only blind --blind-voxel 0", "--blind-voxel must be above 0"),
+        ("review Center --only blind --blind-voxel 0.001", "--blind-voxel makes a grid"),
+        ("review Center --only range --blind-map a.csv", "--blind-map needs blind in --only"),
+        ("review Center --range-to 1", "--range-to must be between"),
+        ("review Center --deceleration 0", "--deceleration must be between"),
+        ("review Center --directions 0", "--directions must be between 1 and 72 (got 0)"),
+        ("review Center --only range --min-points 0", "--min-points must be between"),
+        ("review Center --range-chart a.bmp", "--range-chart must end in .png or .svg (got a.bmp)"),
         ("review Center --only blind,card", "--only must be some of blind,range,"),
         ("review Center --draws 0", "--draws must be an integer from 1 to"),
         ("review Center --errors magic", "--errors must be one of assembly"),
         ("review Center --min-points 0", "--min-points must be"),
-        ("tolerance Center --profile magic", "--errors must be one of assembly"),
-        ("tolerance Center --draws 0", "--draws must be an integer from 1 to"),
-        ("tolerance Center --seed -1", "--seed must be an integer from 0 to"),
-        ("tolerance Center --figure 'seen lorry'", "--figure must be one of seen car"),
-        ("targets W+T --within 0", "--within must be above 0"),
-        ("targets W+T --sample 0", "--sample must be an integer ≥ 1 (got 0)"),
-        ("targets W+T --min-points -1", "--min-points must be an integer ≥ 1 (got -1)"),
-        ("targets W+T --seed 1.5", "must be an integer (got 1.5)"),
-        ("targets W+T --objects o.txt", "--objects must end in .csv or .parquet (got o.txt)"),
-        ("targets W+T --objects no/folder/o.csv", "cannot be written"),
-        ("targets W+T Center --objects o.csv", "--objects is for one rig (got 2 rigs)"),
-        ("targets W+T --frames 3", "specify it with --boxes"),
+        ("review Center --seed -1", "--seed must be an integer from 0 to"),
+        ("review Center --worst-by 'seen lorry'", "--worst-by must be one of seen car"),
+        ("evaluate --targets W+T --within 0", "--within must be above 0"),
+        ("evaluate --targets W+T --sample 0", "--sample must be an integer ≥ 1 (got 0)"),
+        ("evaluate --targets W+T --min-points -1", "--min-points must be an integer ≥ 1 (got -1)"),
+        ("evaluate --targets W+T --seed 1.5", "must be an integer (got 1.5)"),
+        ("evaluate --targets W+T --objects o.txt", "--objects must end in .csv or .parquet (got o.txt)"),
+        ("evaluate --targets W+T --objects no/folder/o.csv", "cannot be written"),
+        ("evaluate --targets W+T Center --objects o.csv", "--objects is for one rig (got 2 rigs)"),
+        ("evaluate --targets W+T --frames 3", "specify it with --boxes"),
     ],
 )
 def test_a_bad_option_of_any_command_is_one_line(riglens, words, said):

@@ -1,19 +1,20 @@
-"""`riglens blind`: a table for people, JSON for programs, a map as CSV and PNG."""
+"""`riglens review --only blind`: a table for people, JSON for programs, a map as CSV and PNG."""
 
 import csv
 import json
 
 import pytest
 
-COARSE = ("--voxel", "0.25", "--within", "5")
+BLIND = ("review", "--only", "blind")
+COARSE = ("--blind-voxel", "0.25", "--blind-within", "5")
 
 
 def test_table_json_and_map_tell_the_same(riglens, tmp_path):
     csv_map, picture, stored = tmp_path / "map.csv", tmp_path / "map.png", tmp_path / "blind.json"
-    found = riglens("blind", "Center", *COARSE, "--out", csv_map, "--json", stored)
+    found = riglens(*BLIND, "Center", *COARSE, "--blind-map", csv_map, "--json", stored)
     assert found.code == 0, found.err
-    document = json.loads(stored.read_text())
-    assert document == json.loads(riglens("blind", "Center", *COARSE, "--out", picture, "--json", "-").out)
+    document = json.loads(stored.read_text())["blind"]
+    assert document == riglens(*BLIND, "Center", *COARSE, "--blind-map", picture, "--json", "-").part("blind")
     assert document["note"] == "geometry only, no approval" and document["note"] in found.out
     assert picture.read_bytes()[:4] == b"\x89PNG"
     zone = next(z for z in document["zones"] if (z["by"], z["sensors"]) == ("any", 1))
@@ -30,7 +31,7 @@ def test_table_json_and_map_tell_the_same(riglens, tmp_path):
 
 def test_objects_do_not_depend_on_the_voxels(riglens, small_rig):
     one, other = (
-        json.loads(riglens("blind", small_rig, "--voxel", voxel, "--within", "2", "--json", "-").out)
+        riglens(*BLIND, small_rig, "--blind-voxel", voxel, "--blind-within", "2", "--json", "-").part("blind")
         for voxel in ("0.5", "0.25")
     )
     assert one["profiles"] == other["profiles"] and one["zones"] != other["zones"]
@@ -42,7 +43,7 @@ def test_a_profile_of_ones_own_takes_the_place_of_the_others(riglens, tmp_path):
         "riglens_profiles: 1\nprofiles:\n  - name: post\n    title: A post <b>\n    source: our choice\n"
         "    object: {height: 1.0, diameter: 0.2}\n    at: [{x: 8.0, y: 0.0}]\n"
     )
-    document = json.loads(riglens("blind", "W+T", *COARSE, "--profile", mine, "--json", "-").out)
+    document = riglens(*BLIND, "W+T", *COARSE, "--profile", mine, "--json", "-").part("blind")
     assert [profile["name"] for profile in document["profiles"]] == ["post"] and document["profiles"][0][
         "passes"
     ]

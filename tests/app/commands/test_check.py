@@ -16,9 +16,9 @@ EASY = HEAD + (
     "on_target: [{class: car, at_least: 0.0}, {class: pedestrian, ring_m: [0, 20], figure: share_5, at_least: 0.0}]\n"
     "blind_areas: [{height_m: 1.15, at_most_m2: 10000}, {height_m: 0.3, sector: rear, within_m: 5, at_most_m2: 9999}]\n"
     "blind_objects: [{profile: adults-around, at_most_unseen: 4}]\n"
-    "losses: [{of: voxels, class: car, failure: pair, at_most: 1.0}, {of: road_users, class: car, at_most: 1.0}]\n"
+    "losses: [{of: voxels, class: car, failure: pair, at_most: 1.0}, {of: objects, class: car, at_most: 1.0}]\n"
     "covered: [{of: voxels, class: car, sensors: 2, at_least: 0.0},"
-    " {of: road_users, class: car, sensors: two kinds, at_least: 0}]\n"
+    " {of: objects, class: car, sensors: two kinds, at_least: 0}]\n"
     "tolerance: [{profile: assembly, class: car, limit: 0.0, draws: 8, at_most: 0.4}]\n"
     "mounts: {height_m: [0.1, 4.0], keep_out: []}\n"
 )
@@ -42,20 +42,21 @@ def test_what_is_met_ends_with_0_and_every_figure_is_that_of_its_command(riglens
     scores = json.loads(riglens("evaluate", "W+T", *scene, "--json", "-").out)["rigs"][0]["classes"]["car"]
     assert by_text["seen of car by any"] == scores["any"]["seen"]
     assert by_text["seen of car by camera"] == scores["camera"]["seen"]
-    targets = json.loads(riglens("targets", "W+T", "--boxes", boxes, "--body", "ignored", "--json", "-").out)
-    car = targets["rigs"][0]["classes"]["car"]
+    words = ("evaluate", "W+T", "--targets", *scene, "--body", "ignored", "--json", "-")
+    car = riglens(*words).part("targets")["rigs"][0]["classes"]["car"]
     assert by_text["on target of car (2 objects)"] == pytest.approx(car["lidar"]["on_target"])
-    blind = json.loads(riglens("blind", "W+T", "--voxel", "0.25", "--json", "-").out)
+    words = ("review", "W+T", "--only", "blind", "--blind-voxel", "0.25", "--json", "-")
+    blind = riglens(*words).part("blind")
     zone = blind["zones"][0]["heights"]
     assert by_text["ground where 1.15 m is unseen by any sensor"] == pytest.approx(zone[3]["unseen_m2"])
     rear = sum(zone[1]["by_sector_and_band_m2"][4][:3])
     assert by_text["ground where 0.3 m is unseen by any sensor within 5 m, rear"] == pytest.approx(rear)
-    lost = json.loads(riglens("redundancy", "W+T", *scene, "--json", "-").out)
+    lost = riglens("review", "W+T", "--only", "redundancy", *scene, "--json", "-").part("redundancy")
     pair = lost["voxels"]["classes"]["car"]["worst"]["pair"]
     assert by_text[f"voxels of car lost when {pair['name']} fails"] == pair["lost"]
     assert (
         by_text["objects of car covered by two kinds"]
-        == (lost["road_users"]["classes"]["car"]["covered"]["two kinds"])
+        == (lost["objects"]["classes"]["car"]["covered"]["two kinds"])
     )
 
 
@@ -195,7 +196,7 @@ def test_what_the_rig_or_the_scene_has_not_is_told(riglens, boxes, tmp_path):
     found = riglens("check", "Center", "--requirements", asked, "--boxes", boxes, *SMALL_GRID)
     assert found.code == 0 and "not applicable" in found.out
     pog = tmp_path / "a.npz"
-    assert riglens("pog", boxes, "--out", pog, *SMALL_GRID).code == 0
+    assert riglens("data", "build", boxes, "--out", pog, *SMALL_GRID).code == 0
     asked = required(tmp_path, HEAD + "on_target: [{class: car, at_least: 0.5}]")
     found = riglens("check", "Center", "--requirements", asked, "--pog", pog)
     assert found.code == 2 and "a stored POG has none" in found.err
@@ -210,6 +211,6 @@ def test_a_body_that_contradicts_the_file_is_refused(riglens, boxes, tmp_path):
     assert "--body must be ignored, as" in riglens(*words).refused()
 
 
-@pytest.mark.parametrize("command", ["blind", "audit", "card"])
-def test_blind_zones_audit_and_detection_range_are_of_a_solid_car(riglens, command):
-    assert "always solid" in riglens(command, "W+T", "--body", "ignored").refused()
+@pytest.mark.parametrize("part", ["blind", "audit", "range", "mounts"])
+def test_blind_zones_audit_and_detection_range_are_of_a_solid_car(riglens, part):
+    assert "always solid" in riglens("review", "W+T", "--only", part, "--body", "ignored").refused()

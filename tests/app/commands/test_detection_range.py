@@ -1,19 +1,19 @@
-"""`riglens card`: distances as a table, CSV, chart and JSON."""
+"""`riglens review --only range`: distances as a table, CSV, chart and JSON."""
 
 import csv
 import json
 
-FEW = ("--directions", "2", "--to", "12")
+RANGE = ("review", "--only", "range", "Center", "--directions", "2", "--range-to", "12")
 
 
 def test_a_detection_range_as_json_csv_and_chart(riglens, tmp_path):
-    files = [tmp_path / name for name in ("card.csv", "card.png", "card.svg", "card.json")]
+    files = [tmp_path / name for name in ("range.csv", "range.png", "range.svg", "range.json")]
     table, png, svg, text = files
-    result = riglens("card", "Center", *FEW, "--csv", table, "--chart", png, "--json", text)
+    result = riglens(*RANGE, "--range-csv", table, "--range-chart", png, "--json", text)
     assert result.code == 0
     assert "first distance in metres with too little" in result.out and "stops within (m)" in result.out
     assert ">12" in result.out and "never" in result.out  # LiDARs see that far, and there is no camera
-    document = json.loads(text.read_text())
+    document = json.loads(text.read_text())["range"]
     assert (document["body"], document["min_points"], document["to_m"]) == ("blocks", 5, 12.0)
     rows = document["rigs"][0]["rows"]
     assert {(row["class"], row["heading_deg"]) for row in rows} == {
@@ -25,5 +25,5 @@ def test_a_detection_range_as_json_csv_and_chart(riglens, tmp_path):
         lines = list(csv.DictReader(stream))
     assert len(lines) == 2 * len(rows) and lines[0]["kind"] == "lidar" and lines[0]["threshold"] == "5"
     assert png.read_bytes().startswith(b"\x89PNG")
-    assert riglens("card", "Center", *FEW, "--chart", svg, "--json", "-").out == text.read_text()
+    assert riglens(*RANGE, "--range-chart", svg, "--json", "-").out == text.read_text()
     assert b"pedestrian" in svg.read_bytes() or svg.read_bytes().startswith(b"<?xml")

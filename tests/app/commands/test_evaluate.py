@@ -15,7 +15,8 @@ def test_the_json_holds_every_key_of_the_promise(riglens, boxes):
     result = riglens("evaluate", "W+T", "Center", "--boxes", boxes, *SMALL_GRID, "--json", "-")
     assert result.code == 0
     document = json.loads(result.out)
-    assert list(document) == ["riglens", "grid", "data", "method", "reading", "lambda", "body", "rigs"]
+    scored = ["riglens", "grid", "data", "method", "reading", "lambda", "body", "rigs"]
+    assert list(document) == [*scored, "targets"]
     assert document["riglens"] == 1
     assert document["grid"]["shape"] == [40, 40, 8]
     assert document["grid"]["origin_m"] == [-10, -10, 0]
@@ -29,7 +30,11 @@ def test_the_json_holds_every_key_of_the_promise(riglens, boxes):
     assert wide["sha256"] != center["sha256"]
     assert set(wide["covered_voxels"]) == {"camera", "lidar", "any"}
     for scores in wide["classes"].values():
-        assert list(scores) == ["h_total", "camera", "lidar", "any", "s_ms"]
+        assert list(scores) == ["h_total", "camera", "lidar", "any", "s_ms", "figures"]
+        assert scores["figures"]["s_ms"]["value"] == scores["s_ms"]
+        assert scores["figures"]["predicted"].keys() == {"value", "se", "state", "reason"}
+    assert center["classes"]["car"]["figures"]["share_25px"]["value"] is None
+    assert "camera" in center["classes"]["car"]["figures"]["share_25px"]["reason"]
 
 
 def test_the_json_figures_fit_together(riglens, boxes, small_rig):
@@ -104,8 +109,8 @@ def test_a_json_file_is_written_beside_the_table(riglens, boxes, tmp_path):
 
 def test_the_table_fits_a_terminal_of_100_columns(riglens, boxes):
     result = riglens("evaluate", "W+C", "N+T", "--boxes", boxes, *SMALL_GRID)
-    *table, _ = result.out.rstrip().splitlines()[3:]  # without what was scored, and the explanation
-    assert max(len(line.rstrip()) for line in table) <= 100
+    tables = [line for line in result.out.splitlines() if line.startswith(" ")]
+    assert len(tables) > 20 and max(len(line.rstrip()) for line in tables) <= 100
 
 
 def test_negative_numbers_are_values_not_options(riglens, boxes, small_rig):
@@ -154,7 +159,7 @@ def test_a_class_map_for_names_that_no_box_has_is_told(riglens, boxes, tmp_path)
     text = boxes.read_text()
     (folder / "one.csv").write_text(text)
     (folder / "two.csv").write_text(text.replace("shopping_cart", "dog").replace("\ns,", "\nt,"))
-    result = riglens("data", folder, *mapped)
+    result = riglens("data", "show", folder, *mapped)
     assert "no box is called 'nosuch'" in result.err and "cart" not in result.err
 
 
@@ -173,7 +178,7 @@ def test_names_classes_and_files_never_steer_the_terminal(riglens, tmp_path):
     )
     rig = tmp_path / "odd.yaml"
     rig.write_text('riglens: 1\nname: "\\x1b[31modd\\nnote: all is well"\nsensors: []\n')
-    for words in (("evaluate", rig), ("data",)):
+    for words in (("evaluate", rig), ("data", "show")):
         boxes_words = (boxes,) if words[0] == "data" else ("--boxes", boxes, *SMALL_GRID)
         result = riglens(*words, *boxes_words)
         assert result.code == 0
@@ -196,7 +201,7 @@ def test_a_reader_that_goes_away_early_is_no_error(riglens_process):
 
 
 def test_a_full_disk_is_told_in_one_line(riglens, boxes):
-    result = riglens("data", boxes, "--json", "/dev/full")
+    result = riglens("data", "show", boxes, "--json", "/dev/full")
     assert result.code == 3
     assert result.err.splitlines()[-1] == "riglens: No space left on device"
     assert "Traceback" not in result.err
@@ -322,8 +327,8 @@ def test_a_body_in_millimetres_is_told_with_the_scale_that_it_needs(riglens, box
     said = (
         "vehicle.body: car.obj: the mesh is 4,600.00 × 1,900.00 × 1,450.00 m; set vehicle.mesh.scale: 0.001"
     )
-    for command in ("evaluate", "audit"):
-        result = riglens(command, rig, "--boxes", boxes, *SMALL_GRID)
+    for command in (["evaluate"], ["review", "--only", "audit"]):
+        result = riglens(*command, rig, "--boxes", boxes, *SMALL_GRID)
         assert result.code == 0 and said in result.err
     rig.write_text(LOW.replace("BODY", "car.obj, mesh: {scale: 0.001}"))
     assert "vehicle.mesh.scale" not in riglens("evaluate", rig, "--boxes", boxes, *SMALL_GRID).err
@@ -333,29 +338,39 @@ def test_a_body_in_millimetres_is_told_with_the_scale_that_it_needs(riglens, box
 
 
 def without_times(document):
-    for rig in document["rigs"]:
+    for rig in (*document["rigs"], *document.get("targets", {"rigs": ()})["rigs"]):
         del rig["elapsed_ms"]
     return document
 
 
-def test_targets_stand_below_the_scores_as_their_own_command_gives_them(riglens, boxes, tmp_path):
+def test_targets_come_with_the_same_scores(riglens, boxes, tmp_path):
     count = ("--sample", "2", "--min-points", "3", "--seed", "4", "--within", "50")
     words = ("Center", "--boxes", boxes, *count)
     both = json.loads(riglens("evaluate", *words, *SMALL_GRID, "--targets", "--json", "-").out)
-    scores = json.loads(riglens("evaluate", "Center", "--boxes", boxes, *SMALL_GRID, "--json", "-").out)
-    alone = json.loads(riglens("targets", *words, "--json", "-").out)
-    assert without_times(both.pop("targets")) == without_times(alone)
-    assert without_times(both) == without_times(scores)
-    objects = tmp_path / "objects.csv"
-    shown = riglens("evaluate", *words, *SMALL_GRID, "--targets", "--objects", objects)
-    assert shown.code == 0 and objects.exists()
-    assert shown.out.endswith(riglens("targets", *words).out)
+    default = json.loads(riglens("evaluate", *words, *SMALL_GRID, "--json", "-").out)
+    assert without_times(both) == without_times(default)
+    scores = riglens("evaluate", "Center", "--boxes", boxes, *SMALL_GRID, "--no-targets", "--json", "-")
+    without = json.loads(scores.out)
+    objects = both.pop("targets")
+    assert "targets" not in without
+    for name, of_class in without["rigs"][0]["classes"].items():
+        mine = both["rigs"][0]["classes"][name]
+        assert {key: mine[key] for key in mine if key != "figures"} == {
+            key: of_class[key] for key in of_class if key != "figures"
+        }
+        assert of_class["figures"]["on_target"]["state"] == "none"
+        has_objects = objects["rigs"][0]["classes"][name]["objects"] > 0
+        assert (mine["figures"]["on_target"]["state"] != "none") == has_objects
+    table = tmp_path / "objects.csv"
+    shown = riglens("evaluate", *words, *SMALL_GRID, "--targets", "--objects", table)
+    assert shown.code == 0 and table.exists() and "0 to 10 m" in shown.out
+    assert "0 to 10 m" not in riglens("evaluate", *words, *SMALL_GRID).out
 
 
 def test_options_of_targets_need_them_and_they_need_boxes(riglens, boxes, tmp_path):
-    assert "--sample needs --targets" in riglens("evaluate", "Center", "--sample", "2").refused()
-    assert "--by needs --targets" in riglens("evaluate", "Center", "--by", "sector").refused()
-    assert "--surroundings needs --targets" in riglens("evaluate", "W+T", "--surroundings", "block").refused()
+    for option in (("--sample", "2"), ("--by", "sector"), ("--surroundings", "block")):
+        refused = riglens("evaluate", "Center", "--no-targets", *option).refused()
+        assert option[0] in refused and "--no-targets" in refused
     riglens("data", "build", boxes, *SMALL_GRID, "--out", tmp_path / "a.npz")
     found = riglens("evaluate", "Center", "--pog", tmp_path / "a.npz", "--targets")
     assert found.code == 2 and "--targets needs a box data set" in found.err and found.out == ""

@@ -25,7 +25,7 @@ def scores_of(outcome):
 
 
 def test_a_stored_pog_scores_exactly_as_its_boxes(riglens, boxes, tmp_path):
-    stored = riglens("pog", boxes, "--out", tmp_path / "small.npz", *SMALL_GRID)
+    stored = riglens("data", "build", boxes, "--out", tmp_path / "small.npz", *SMALL_GRID)
     assert stored.code == 0
     assert "3 frames" in stored.out
     direct = riglens("evaluate", "W+T", "N+C", "--boxes", boxes, *SMALL_GRID, "--json", "-")
@@ -37,7 +37,7 @@ def test_a_stored_pog_scores_exactly_as_its_boxes(riglens, boxes, tmp_path):
 
 @pytest.fixture
 def stored(riglens, boxes, tmp_path):
-    riglens("pog", boxes, "--out", tmp_path / "small.npz", *SMALL_GRID)
+    riglens("data", "build", boxes, "--out", tmp_path / "small.npz", *SMALL_GRID)
     return tmp_path / "small.npz"
 
 
@@ -73,7 +73,15 @@ def test_ctrl_c_in_the_middle_of_a_build_changes_nothing(riglens_process, tmp_pa
     (out / "old.npz").write_text("kept")
     environment = {"RIGLENS_CACHE_DIR": str(cache)}
     process = riglens_process(
-        "pog", table, "--out", out / "old.npz", "--voxel", "0.1", env=environment, start_new_session=True
+        "data",
+        "build",
+        table,
+        "--out",
+        out / "old.npz",
+        "--voxel",
+        "0.1",
+        env=environment,
+        start_new_session=True,
     )
     poll(lambda: str(table) in [file.path for file in psutil.Process(process.pid).open_files()])
     os.kill(process.pid, signal.SIGINT)
@@ -111,7 +119,7 @@ def expected(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[by
     from riglens.app.commands import main
 
     out = tmp_path_factory.mktemp("expected") / "all.npz"
-    assert main(["pog", str(folder), "--out", str(out), *GRID, "--workers", "1"]) == 0
+    assert main(["data", "build", str(folder), "--out", str(out), *GRID, "--workers", "1"]) == 0
     return content(out)
 
 
@@ -123,7 +131,7 @@ def content(path: Path) -> tuple[bytes, ...]:
 
 def test_tables_named_one_by_one_in_any_order_give_the_pog_of_the_folder(riglens, folder, expected, tmp_path):
     paths = sorted(folder.iterdir(), reverse=True)
-    outcome = riglens("pog", *paths, "--out", tmp_path / "o.npz", *GRID, "--workers", "1")
+    outcome = riglens("data", "build", *paths, "--out", tmp_path / "o.npz", *GRID, "--workers", "1")
     assert outcome.code == 0
     assert "5.csv + 5 more: 3,600 frames" in outcome.out
     assert content(tmp_path / "o.npz") == expected
@@ -143,7 +151,7 @@ def wait_for_part(process: "subprocess.Popen[str]", parts: Path, count: int = 1)
 @pytest.mark.slow
 def test_a_killed_build_leaves_no_process_and_goes_on(riglens_process, folder, expected, tmp_path):
     out, parts = tmp_path / "o.npz", tmp_path / "o.npz.parts"
-    words = ("pog", folder, "--out", out, *GRID, "--workers", "2")
+    words = ("data", "build", folder, "--out", out, *GRID, "--workers", "2")
     process = riglens_process(*words)
     wait_for_part(process, parts)
     children = psutil.Process(process.pid).children(recursive=True)
@@ -165,7 +173,7 @@ def test_a_killed_build_leaves_no_process_and_goes_on(riglens_process, folder, e
 def test_ctrl_c_says_how_many_parts_are_kept(riglens_process, folder, tmp_path):
     parts = tmp_path / "o.npz.parts"
     process = riglens_process(
-        "pog", folder, "--out", tmp_path / "o.npz", *GRID, "--workers", "2", start_new_session=True
+        "data", "build", folder, "--out", tmp_path / "o.npz", *GRID, "--workers", "2", start_new_session=True
     )
     wait_for_part(process, parts)
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to the workers too
@@ -180,13 +188,13 @@ def test_ctrl_c_says_how_many_parts_are_kept(riglens_process, folder, tmp_path):
 def test_two_builds_of_one_file_at_the_same_time_are_refused(riglens, folder, tmp_path):
     out = tmp_path / "o.npz"
     with sole_run(tmp_path / "o.npz.parts"):
-        line = riglens("pog", folder, "--out", out, *GRID).refused()
+        line = riglens("data", "build", folder, "--out", out, *GRID).refused()
     assert "another run uses this folder" in line and not out.exists()
 
 
 def test_a_cluster_on_another_host_without_tls_is_remarked_on_once(riglens, boxes, tmp_path):
     address = "tcp://no-such.invalid:8786"
-    outcome = riglens("pog", boxes, "--out", tmp_path / "o.npz", "--dask", address)
+    outcome = riglens("data", "build", boxes, "--out", tmp_path / "o.npz", "--dask", address)
     remark, refusal = outcome.err.splitlines()
     assert remark.startswith(f"note: {address} is not encrypted") and "docs/security.md" in remark
     assert "--dask finds no scheduler" in refusal
@@ -194,20 +202,22 @@ def test_a_cluster_on_another_host_without_tls_is_remarked_on_once(riglens, boxe
 
 def test_options_of_the_build_are_checked(riglens, boxes, tmp_path, monkeypatch):
     out = ("--out", tmp_path / "o.npz")
-    assert "--workers must be between 1" in riglens("pog", boxes, *out, "--workers", "0").refused()
-    assert "tcp://HOST:PORT" in riglens("pog", boxes, *out, "--dask", "localhost").refused()
+    assert "--workers must be between 1" in riglens("data", "build", boxes, *out, "--workers", "0").refused()
+    assert "tcp://HOST:PORT" in riglens("data", "build", boxes, *out, "--dask", "localhost").refused()
     both = ("--workers", "2", "--dask", "tcp://127.0.0.1:9")
-    assert "--workers cannot be combined with" in riglens("pog", boxes, *out, *both).refused()
-    assert "BOXES" in riglens("pog", *out).refused()
+    assert "--workers cannot be combined with" in riglens("data", "build", boxes, *out, *both).refused()
+    assert "BOXES" in riglens("data", "build", *out).refused()
     monkeypatch.setitem(sys.modules, "distributed", None)
-    line = riglens("pog", boxes, *out, "--dask", "tcp://127.0.0.1:9").refused()
+    line = riglens("data", "build", boxes, *out, "--dask", "tcp://127.0.0.1:9").refused()
     assert "pip install 'riglens[cluster]'" in line
 
 
 def test_a_bad_table_among_many_is_named_in_one_line(riglens, folder, tmp_path):
     bad = tmp_path / "bad.csv"
     bad.write_text(HEADER + "s,0,car,abc,0,0,1,1,1,0\n")
-    outcome = riglens("pog", folder / "0.csv", bad, "--out", tmp_path / "o.npz", *GRID, "--workers", "2")
+    outcome = riglens(
+        "data", "build", folder / "0.csv", bad, "--out", tmp_path / "o.npz", *GRID, "--workers", "2"
+    )
     assert outcome.refused() == (
         f"riglens: {bad}:2: column 'x': must be a finite number in metres within ±1e+06 (got 'abc')"
     )
@@ -254,7 +264,7 @@ def test_a_cluster_that_loses_a_worker_gives_the_same_pog(riglens_process, dask,
         for _ in range(2)
     ]  # fmt: skip
     address = address_in(file)
-    process = riglens_process("pog", folder, "--out", out, *GRID, "--dask", address)
+    process = riglens_process("data", "build", folder, "--out", out, *GRID, "--dask", address)
     wait_for_part(process, tmp_path / "o.npz.parts")
     workers[0].kill()
     output, errors = process.communicate(timeout=TIMEOUT_S)

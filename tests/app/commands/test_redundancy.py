@@ -1,4 +1,4 @@
-"""`riglens redundancy`: what failures cost, as the scores of rigs without the sensors say."""
+"""`riglens review --only redundancy`: what failures cost, as the scores of rigs without the sensors say."""
 
 import json
 
@@ -6,18 +6,19 @@ import pytest
 
 from tests.app.conftest import SMALL_GRID
 
+REDUNDANCY = ("review", "--only", "redundancy")
+
 
 def test_the_json_agrees_with_the_scores_of_rigs_without_the_sensors(riglens, boxes, tmp_path):
     whole, less = tmp_path / "rig.yaml", tmp_path / "less.yaml"
-    assert riglens("presets", "Wide", "--out", whole).code == 0
+    assert riglens("list", "rigs", "Wide", "--out", whole).code == 0
     text = whole.read_text()
     first = text.index("  - name: CAM_FRONT_LEFT")
     second = text.index("  - name:", first + 5)
     less.write_text(text[:first] + text[second:])
     whole.write_text(text.replace("    kind: camera", "    kind: camera\n    fails_with: [ecu]"))
-    found = riglens("redundancy", whole, "--boxes", boxes, *SMALL_GRID, "--json", "-")
-    assert found.code == 0, found.err
-    document = json.loads(found.out)
+    words = (*REDUNDANCY, whole, "--boxes", boxes, *SMALL_GRID, "--json", "-")
+    document = riglens(*words).part("redundancy")
     assert document["note"].startswith("a count of views, no evidence")
     scores = [
         json.loads(riglens("evaluate", rig, "--boxes", boxes, *SMALL_GRID, "--json", "-").out)["rigs"][0][
@@ -37,23 +38,23 @@ def test_the_json_agrees_with_the_scores_of_rigs_without_the_sensors(riglens, bo
 
 def test_the_table_names_what_it_is_not_and_a_stored_grid_has_no_road_users(riglens, boxes, tmp_path):
     pog = tmp_path / "a.npz"
-    assert riglens("pog", boxes, "--out", pog, *SMALL_GRID).code == 0
-    found = riglens("redundancy", "Center", "--pog", pog)
+    assert riglens("data", "build", boxes, "--out", pog, *SMALL_GRID).code == 0
+    found = riglens(*REDUNDANCY, "Center", "--pog", pog)
     assert found.code == 0 and "(ASIL)" in found.out and "objects are not counted" in found.err
     assert "worst 5 pairs" in found.out and "objects, in %" not in found.out
-    with_users = riglens("redundancy", "Center", "--boxes", boxes, *SMALL_GRID)
+    with_users = riglens(*REDUNDANCY, "Center", "--boxes", boxes, *SMALL_GRID)
     assert "objects, in %" in with_users.out
-    without = riglens("redundancy", "Center", "--boxes", boxes, *SMALL_GRID, "--no-road-users")
+    without = riglens(*REDUNDANCY, "Center", "--boxes", boxes, *SMALL_GRID, "--no-objects")
     assert "objects, in %" not in without.out
 
 
 def test_half_blocked_sensors_are_listed_only_on_request(riglens, boxes):
     arguments = ("--boxes", boxes, *SMALL_GRID, "--json", "-")
     plain, found = (
-        json.loads(riglens("redundancy", "Center", *arguments, *more).out) for more in ((), ("--halves",))
+        riglens(*REDUNDANCY, "Center", *arguments, *more).part("redundancy") for more in ((), ("--halves",))
     )
     assert not any(one["what"] == "half" for one in plain["voxels"]["failures"])
-    for of in ("voxels", "road_users"):
+    for of in ("voxels", "objects"):
         halves = [one for one in found[of]["failures"] if one["what"] == "half"]
         assert len(halves) == 16  # of four LiDARs
         rest = [one for one in found[of]["failures"] if one["what"] != "half"]

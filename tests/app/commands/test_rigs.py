@@ -17,7 +17,7 @@ from tests.core.formats.cases import AUTOWARE_KIT, DRIVEWORKS, NUSCENES, write_f
 
 
 def test_all_presets_are_listed_with_their_sensors(riglens):
-    result = riglens("presets")
+    result = riglens("list", "rigs")
     assert result.code == 0
     lines = [line.strip() for line in result.out.splitlines()]
     assert [name for name in PRESETS if not any(line.startswith(f"{name} ") for line in lines)] == []
@@ -28,24 +28,24 @@ def test_all_presets_are_listed_with_their_sensors(riglens):
 
 @pytest.mark.parametrize("name", ["W+T", "N+C", "Pyramid-roll"])
 def test_a_preset_written_to_a_file_is_the_same_rig(riglens, tmp_path, name):
-    assert riglens("presets", name, "--out", tmp_path / "rig.yaml").code == 0
+    assert riglens("list", "rigs", name, "--out", tmp_path / "rig.yaml").code == 0
     assert load_rig(tmp_path / "rig.yaml").rig == preset(name)
 
 
 def test_a_preset_is_printed_as_yaml(riglens, tmp_path):
-    result = riglens("presets", "W+T")
+    result = riglens("list", "rigs", "W+T")
     (tmp_path / "rig.yaml").write_text(result.out)
     assert load_rig(tmp_path / "rig.yaml").rig == preset("W+T")
 
 
 def test_an_unknown_preset_is_refused_and_the_old_file_stays(riglens, tmp_path):
     (tmp_path / "rig.yaml").write_text("kept")
-    assert "W+X" in riglens("presets", "W+X", "--out", tmp_path / "rig.yaml").refused()
+    assert "W+X" in riglens("list", "rigs", "W+X", "--out", tmp_path / "rig.yaml").refused()
     assert (tmp_path / "rig.yaml").read_text() == "kept"
 
 
 def test_out_without_a_name_is_refused(riglens, tmp_path):
-    assert "NAME" in riglens("presets", "--out", tmp_path / "rig.yaml").refused()
+    assert "NAME" in riglens("list", "rigs", "--out", tmp_path / "rig.yaml").refused()
     assert list(tmp_path.iterdir()) == []
 
 
@@ -83,7 +83,7 @@ def test_tables_become_a_rig_file_and_the_report_stands_on_standard_error(
 
 def test_options_say_what_the_file_does_not(riglens: Run, tmp_path: Path) -> None:
     folder = write_files(tmp_path / "tables", NUSCENES)
-    riglens("presets", "Line", "--out", tmp_path / "line.yaml")
+    riglens("list", "rigs", "Line", "--out", tmp_path / "line.yaml")
     target = tmp_path / "rig.yaml"
     options = ("--token", "b2", "--vehicle", tmp_path / "line.yaml", "--rear-axle-x", "-1.0")
     assert riglens("convert", folder, target, *options).code == 0
@@ -183,7 +183,7 @@ my-cam:
 
 
 def test_the_list_fits_100_columns_and_groups_by_maker(riglens):
-    result = riglens("library")
+    result = riglens("list", "sensors")
     assert result.code == 0
     lines = [line.rstrip() for line in result.out.splitlines()]
     assert max(map(len, lines)) <= 100
@@ -193,31 +193,31 @@ def test_the_list_fits_100_columns_and_groups_by_maker(riglens):
 
 
 def test_what_is_unverified_is_marked_without_brackets_of_markup(riglens):
-    out = riglens("library", "--kind", "radar").out
+    out = riglens("list", "sensors", "--kind", "radar").out
     assert "(unverified: " in out and "[" not in out
 
 
 def test_a_kind_lists_that_kind_alone(riglens):
-    lidars, cameras = (riglens("library", "--kind", kind).out for kind in ("lidar", "camera"))
+    lidars, cameras = (riglens("list", "sensors", "--kind", kind).out for kind in ("lidar", "camera"))
     assert "generic-16" in lidars and "paper-camera-70" not in lidars
     assert "paper-camera-70" in cameras and "generic-16" not in cameras
 
 
 def test_a_model_is_shown_with_beams_offsets_and_source(riglens):
-    out = riglens("library", "velodyne-vlp-32c").out
+    out = riglens("list", "sensors", "velodyne-vlp-32c").out
     assert "ROS driver (BSD licence)" in out and "-15.64" in out and "positive turns left" in out
     assert max(len(line.rstrip()) for line in out.splitlines()) <= 100
 
 
 def test_json_holds_every_figure(riglens):
-    document = json.loads(riglens("library", "--json").out)
+    document = json.loads(riglens("list", "sensors", "--json", "-").out)
     models = {model["name"]: model for model in document["models"]}
     assert document["riglens"] == 1 and len(models) > 40
     assert len(models["velodyne-vlp-32c"]["azimuth_offsets_deg"]) == 32
     assert models["generic-16"]["elevations_deg"] == {"from": -25.0, "to": 25.0, "count": 16}
     assert models["kitti-colour"]["distortion"]["k1"] == -0.3691
     assert all(len(model["source"]) > 30 for model in models.values())
-    (one,) = json.loads(riglens("library", "generic-16", "--json").out)["models"]
+    (one,) = json.loads(riglens("list", "sensors", "generic-16", "--json", "-").out)["models"]
     assert one == models["generic-16"]
 
 
@@ -230,7 +230,7 @@ def test_json_holds_every_figure(riglens):
     ],
 )
 def test_what_is_not_there_is_said_in_one_line(riglens, arguments, complaint):
-    result = riglens("library", *arguments)
+    result = riglens("list", "sensors", *arguments)
     assert (result.code, result.out) == (2, "")
     assert complaint in result.err and result.err.count("\n") == 1
 
@@ -251,4 +251,4 @@ def test_rigs_find_the_models_of_a_library_of_ones_own(riglens, boxes, tmp_path)
     assert riglens("evaluate", tmp_path / "rig.yaml", *small).code == 2
     own = ("--library", tmp_path / "own.yaml")
     assert riglens("evaluate", tmp_path / "rig.yaml", *small, *own).code == 0
-    assert "my-cam" in riglens("library", *own).out
+    assert "my-cam" in riglens("list", "sensors", *own).out

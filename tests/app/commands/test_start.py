@@ -9,7 +9,7 @@ import sys
 import pytest
 
 from riglens.app.commands import start
-from riglens.app.commands.parsing import COMMANDS, GROUPS, PARTS, app, renamed, run
+from riglens.app.commands.parsing import app, run
 from tests.app.conftest import REPOSITORY
 from tests.waiting import TIMEOUT_S
 
@@ -120,35 +120,6 @@ def test_help_loads_no_heavy_package(words):
     assert result.stderr == "[]\n"
 
 
-EARLIER = ("audit", "blind", "card", "library", "pog", "presets", "redundancy", "targets", "tolerance")
-
-
-def test_half_as_many_commands_are_listed_and_earlier_ones_still_work(riglens):
-    listed = {line.split()[1] for line in riglens("--help").out.splitlines() if line.startswith("│ ")}
-    assert {*COMMANDS, *GROUPS} <= listed and not listed & {*EARLIER}
-    for name in EARLIER:
-        result = riglens(name, "--help")
-        assert (result.code, result.err) == (0, "") and "Usage: riglens" in result.out, name
-
-
-@pytest.mark.parametrize(
-    ("earlier", "now"),
-    [
-        ("presets", "list rigs"),
-        ("presets W+T", "list rigs W+T"),
-        ("library --kind camera", "list sensors --kind camera"),
-        ("library velodyne-vlp-32c --json", "list sensors velodyne-vlp-32c --json -"),
-        ("data a.csv --json -", "data show a.csv --json -"),
-        ("pog a.csv --out a.npz", "data build a.csv --out a.npz"),
-        ("evaluate W+T --tolerance=2", "evaluate W+T --voxel-tolerance=2"),
-        ("tolerance W+T --profile ride", "tolerance W+T --errors ride"),
-        ("check W+T --profile a.yaml", "check W+T --profile a.yaml"),
-    ],
-)
-def test_earlier_names_mean_todays(earlier, now):
-    assert " ".join(renamed(earlier.split())).replace("--json=-", "--json -") == now
-
-
 def test_an_option_has_one_form_wherever_it_is_listed():
     forms: dict[str, set[str]] = {}
     for found in _listed(app):
@@ -163,7 +134,7 @@ def test_an_option_has_one_form_wherever_it_is_listed():
 
 def _listed(of):
     for name in of:
-        if not name.startswith("-") and name not in PARTS:
+        if not name.startswith("-"):
             yield of[name]
             yield from _listed(of[name])
 

@@ -68,7 +68,7 @@ def test_closed_streams_take_no_result_away_from_files(tmp_path: Path, redirecti
     assert load_rig(tmp_path / "rig.yaml").rig.name == "W+T"
 
 
-@pytest.mark.parametrize("words", [("--help",), ("presets", "W+T")])
+@pytest.mark.parametrize("words", [("--help",), ("list", "rigs", "W+T")])
 def test_closed_standard_output_is_no_failure(words: tuple[str, ...]) -> None:
     done = through_a_shell(">&-", *words)
     assert (done.returncode, done.stdout, done.stderr) == (0, b"", b"")
@@ -80,7 +80,7 @@ def test_no_complaint_goes_to_standard_output() -> None:
 
 
 def test_a_pog_on_standard_output_is_alone_there(tmp_path: Path, boxes: Path, through_a_pipe: Pipe) -> None:
-    words = ("pog", boxes, *SMALL_GRID, "--out", "/dev/stdout")
+    words = ("data", "build", boxes, *SMALL_GRID, "--out", "/dev/stdout")
     out, err = through_a_pipe(*words)
     assert b"3 frames" in err and read_pog(io.BytesIO(out)).data.frames == 3
     done = through_a_shell(f"> {tmp_path}/pog.npz", *words)
@@ -90,7 +90,7 @@ def test_a_pog_on_standard_output_is_alone_there(tmp_path: Path, boxes: Path, th
 def test_other_results_on_standard_output_are_alone_there(boxes: Path, through_a_pipe: Pipe) -> None:
     out, err = through_a_pipe("convert", "W+T", "/dev/stdout", "--to", "riglens")
     assert loads(out.decode()).rig.name == "W+T" and b"/dev/stdout: " in err
-    out, _ = through_a_pipe("data", boxes, "--json", "/dev/stdout")
+    out, _ = through_a_pipe("data", "show", boxes, "--json", "/dev/stdout")
     assert json.loads(out)["riglens"] == 1
     out, _ = through_a_pipe("study", "table1", "--boxes", boxes, *SMALL_GRID, "--csv", "/dev/stdout")
     assert out.startswith(b"rig,class,") and b"Table" not in out
@@ -107,7 +107,9 @@ def test_a_build_of_several_parts_into_a_pipe(riglens, boxes: Path, tmp_path: Pa
     with os.fdopen(reading, "rb") as end:
         listener = threading.Thread(target=lambda: received.append(end.read()))
         listener.start()
-        outcome = riglens("pog", boxes, other, *SMALL_GRID, "--out", f"/dev/fd/{writing}", "--workers", "1")
+        outcome = riglens(
+            "data", "build", boxes, other, *SMALL_GRID, "--out", f"/dev/fd/{writing}", "--workers", "1"
+        )
         os.close(writing)
         listener.join()
     assert outcome.code == 0 and "occupied voxels" in outcome.out
@@ -121,7 +123,10 @@ def test_a_build_of_several_parts_leaves_nothing_beside_a_pipe(riglens, boxes: P
     other = tmp_path / "other.csv"
     other.write_text(boxes.read_text())
     end = os.open(folder / "pipe", os.O_RDWR)
-    assert riglens("pog", boxes, other, *SMALL_GRID, "--out", folder / "pipe", "--workers", "1").code == 0
+    assert (
+        riglens("data", "build", boxes, other, *SMALL_GRID, "--out", folder / "pipe", "--workers", "1").code
+        == 0
+    )
     assert read_pog(io.BytesIO(os.read(end, 1 << 20))).data.frames == 6
     os.close(end)
     assert os.listdir(folder) == ["pipe"]
@@ -131,6 +136,6 @@ def test_a_name_as_long_as_a_file_may_have_is_fine(riglens, boxes: Path, tmp_pat
     other = tmp_path / "other.csv"
     other.write_text(boxes.read_text())
     out = tmp_path / ("n" * 251 + ".npz")
-    assert riglens("pog", boxes, other, *SMALL_GRID, "--out", out, "--workers", "1").code == 0
+    assert riglens("data", "build", boxes, other, *SMALL_GRID, "--out", out, "--workers", "1").code == 0
     assert load_pog(out).data.frames == 6
     assert sorted(path.suffix for path in tmp_path.iterdir()) == [".csv", ".csv", ".npz"]

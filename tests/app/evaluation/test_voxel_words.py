@@ -2,7 +2,7 @@
 
 from riglens.core.metric.scores import ClassScores, KindScore, Scores
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.study.voxel_choice import Tried, VoxelChoice, choose
+from riglens.core.study.voxel_choice import EdgeScores, VoxelChoice, choose
 from riglens.evaluation.voxel_words import reason, tried_lines
 
 FINE, MIDDLE, COARSE = 0.05, 0.1, 0.2
@@ -15,8 +15,8 @@ def scores(camera: float = 0.5, lidar: float = 0.2, seen: float = 0.6, s_ms: flo
     return Scores(dict.fromkeys(CLASSES, one), {})
 
 
-def tried(voxel_m: float, *rigs: Scores) -> Tried:
-    return Tried(voxel_m, tuple((f"rig {i}", one) for i, one in enumerate(rigs)))
+def tried(voxel_m: float, *rigs: Scores) -> EdgeScores:
+    return EdgeScores(voxel_m, tuple((f"rig {i}", one) for i, one in enumerate(rigs)))
 
 
 def explained() -> VoxelChoice:

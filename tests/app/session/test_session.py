@@ -25,7 +25,7 @@ from tests.app.window_bench import LIDAR, RIG
 pytestmark = pytest.mark.usefixtures("qapp")
 SIGNALS = (
     "settings_changed", "heat_changed", "baseline_changed", "voxel_changed", "scene_changed",
-    "asked_changed",
+    "request_changed",
 )  # fmt: skip
 OTHER = RIG.replace(name="other")
 POSE = Pose((0.1, 0.2, 2.5), LIDAR.rpy_deg)
@@ -47,11 +47,11 @@ def heard(session: Session) -> list[str]:
 @pytest.mark.parametrize(
     ("setter", "value", "expected"),
     [
-        ("set_settings", MetricSettings("exact", "residual", 0.5), ["settings_changed", "asked_changed"]),
-        ("set_heat", HeatChoice("entropy", "bicycle"), ["heat_changed", "asked_changed"]),
-        ("pin", OTHER, ["baseline_changed", "asked_changed"]),
-        ("pick", (1, 2, 3), ["voxel_changed", "asked_changed"]),
-        ("look_at_map", "lidar", ["asked_changed"]),
+        ("set_settings", MetricSettings("exact", "residual", 0.5), ["settings_changed", "request_changed"]),
+        ("set_heat", HeatChoice("entropy", "bicycle"), ["heat_changed", "request_changed"]),
+        ("pin", OTHER, ["baseline_changed", "request_changed"]),
+        ("pick", (1, 2, 3), ["voxel_changed", "request_changed"]),
+        ("look_at_map", "lidar", ["request_changed"]),
     ],
 )
 def test_a_change_is_told_once_and_the_same_value_not_at_all(
@@ -95,7 +95,7 @@ def test_blind_zones_are_asked_for_while_they_are_wanted(session: Session) -> No
     told = heard(session)
     for is_wanted, asked in ((False, 0), (True, 1), (True, 1), (False, 1), (True, 2)):
         session.look_around(is_wanted)
-        assert told == ["asked_changed"] * asked and session.request().blind is is_wanted
+        assert told == ["request_changed"] * asked and session.request().blind is is_wanted
 
 
 def test_nobody_looks_at_the_map_any_more_asks_for_no_new_answer(session: Session) -> None:
@@ -109,9 +109,9 @@ def test_saving_makes_another_baseline_unless_one_is_pinned(session: Session, tm
     session.document.set_enabled(("roof",), False)
     told = heard(session)
     session.document.save(tmp_path / "rig.yaml")
-    assert told == ["baseline_changed", "asked_changed"] and session.baseline is session.document.rig
+    assert told == ["baseline_changed", "request_changed"] and session.baseline is session.document.rig
     session.document.save(tmp_path / "copy.yaml")
-    assert told == ["baseline_changed", "asked_changed"]
+    assert told == ["baseline_changed", "request_changed"]
     session.pin(OTHER)
     session.document.set_enabled(("roof",), True)
     told.clear()
@@ -128,7 +128,7 @@ def test_a_voxel_is_forgotten_with_its_grid_only(session: Session) -> None:
     assert session.voxel == (1, 1, 1) and told == ["scene_changed"]
     session.show_scene(other)
     assert session.voxel is None and session.scene is other
-    assert told[1:] == ["voxel_changed", "asked_changed", "scene_changed"]
+    assert told[1:] == ["voxel_changed", "request_changed", "scene_changed"]
 
 
 # ---------------------------------------------------------------------- what was answered
@@ -213,7 +213,7 @@ def test_a_body_in_a_file_is_ignored_until_its_mesh_has_been_read() -> None:
     points = np.zeros((3, 3), np.float32)
     mesh = BodyMesh(points, points, np.array([[0, 1, 2]], np.int32))
     asked = list[str]()
-    session.asked_changed.connect(lambda: asked.append(session.body))
+    session.request_changed.connect(lambda: asked.append(session.body))
     session.take_mesh("other.glb", mesh)
     assert session.body == "ignored" and session.request().rig.vehicle.lacks_mesh and asked == []
     session.take_mesh("car.glb", mesh)

@@ -84,7 +84,7 @@ def test_published_detection_stands_beside_our_figures(table1):
 
 def test_a_pog_has_no_road_users_to_count_points_on(riglens, boxes, tmp_path):
     pog = tmp_path / "small.npz"
-    assert riglens("pog", boxes, "--out", pog, *SMALL_GRID).code == 0
+    assert riglens("data", "build", boxes, "--out", pog, *SMALL_GRID).code == 0
     result = riglens("study", "table1", "--pog", pog)
     assert result.code == 0 and "on target and ≥ 5 points are left out" in result.err
     ranks = next(line for line in result.out.splitlines() if line.strip().startswith("on target"))
@@ -143,7 +143,7 @@ def test_a_voxel_edge_that_does_not_divide_the_roi_is_left_out_with_a_note(rigle
 
 def test_a_stored_pog_is_studied_on_its_own_grid(riglens, boxes, tmp_path):
     pog = tmp_path / "scene.npz"
-    assert riglens("pog", boxes, "--out", pog, *SMALL_GRID).code == 0
+    assert riglens("data", "build", boxes, "--out", pog, *SMALL_GRID).code == 0
     rig = tmp_path / "one.yaml"
     rig.write_text(ONE_LIDAR)
     result = riglens("study", "accuracy", rig, "--pog", pog, "--quick", "--out", tmp_path / "out")

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pyarrow as pa
 import pytest
+from pyarrow import parquet
 
+from riglens.app.commands.sweep import print_figures
 from riglens.core.errors import InputError
-from riglens.core.sweep.table import joined
+from riglens.core.sweep.table import header_of, joined
 from riglens.studies.sweep_chart import sweep_figure
 
 
@@ -54,6 +58,54 @@ def test_maps_of_two_fields_hold_every_rig(kind):
     assert sorted(shown) == sorted(expected)
     if kind == "grid":
         assert np.array_equal(shown.reshape(2, 3), expected.reshape(3, 2).T)
+
+
+@pytest.mark.parametrize(
+    ("column", "marked"),
+    [
+        ("car.lidar.on_target", {3.0}),
+        ("car.neither", {0.0}),
+        ("blind_m2", {0.0}),
+        ("car.s_ms", set()),
+        ("car.objects", set()),
+    ],
+)
+def test_a_map_marks_what_is_best_in_the_direction_of_the_figure(column, marked):
+    fields = {"top.z": [1.0, 1.0, 2.0, 2.0], "top.yaw": [10.0, 20.0, 10.0, 20.0]}
+    values = [2.0, None, 3.0, 0.0]
+    header = header_of(made(fields, "sobol"))
+    header["noise_floor"][column] = 0.5
+    table = joined([pa.table({**fields, column: values})], header)
+    rings = sweep_figure(table, [column]).axes[0].collections[1].get_offsets().tolist()
+    places = list(zip(fields["top.z"], fields["top.yaw"], strict=True))
+    assert {values[places.index(tuple(place))] for place in rings} == marked
+
+
+def test_figures_that_only_a_later_rig_has_can_be_drawn(riglens, boxes, tmp_path):
+    lidar = "{name: top, kind: lidar, model: generic-16, position: [0, 0, 1.6]}"
+    radar = "{name: grille, kind: radar, model: generic-radar, position: [2.2, 0, 0.5]}"
+    for name, sensors in (("plain", [lidar]), ("radar", [lidar, radar])):
+        text = "\n".join(["riglens: 1", f"name: {name}", "sensors:", *(f"  - {one}" for one in sensors)])
+        (tmp_path / f"{name}.yaml").write_text(text)
+    out, rigs = tmp_path / "out.parquet", [tmp_path / f"{name}.yaml" for name in ("plain", "radar")]
+    words = ("--boxes", boxes, "--compute", "targets", "--vary", "top.z=1.6:1.8:2", "--workers", 1)
+    words = (*words, "--figure", "car.radar.share", "--chart", tmp_path / "out.png", "--out", out)
+    found = riglens("sweep", *rigs, *words)
+    assert found.code == 0, found.err
+    table = parquet.read_table(out)
+    assert table["car.radar.share"].null_count == 2 and "car.radar.share" in header_of(table)["noise_floor"]
+    lines = sweep_figure(table, ["car.radar.share"]).axes[0].lines
+    assert [np.isnan(line.get_ydata()).all() for line in lines] == [True, False]
+
+
+def test_the_terminal_names_the_rig_that_is_best(capsys):
+    table = made({"top.z": [1.0, 2.0, 3.0]}, "table")
+    header = header_of(table)
+    header["noise_floor"]["blind_m2"] = 0.1
+    table = joined([table.append_column("blind_m2", pa.array([7.0, 5.0, 9.0]))], header)
+    print_figures(table, Path("out.parquet"))
+    (line,) = (line for line in capsys.readouterr().out.splitlines() if "blind_m2" in line)
+    assert line.rstrip().endswith("top.z 2")
 
 
 @pytest.mark.parametrize(

@@ -15,9 +15,9 @@ ENGINE = TargetEngine(TRAFFIC, threads=1)
 
 def answer(request: CountRequest, frames: int | None = None) -> CountAnswer:
     """The answer to a request, from so many frames."""
-    scores = ENGINE.evaluate(request.rig, request.settings, frames)
+    counted = ENGINE.evaluate(request.rig, request.settings, frames)
     baseline = ENGINE.evaluate(request.baseline_rig, request.settings, frames)
-    return CountAnswer.of(request, TRAFFIC, scores, baseline)
+    return CountAnswer.of(request, counted, baseline)
 
 
 def count(desk: FullDesk, frames: int | None = None) -> None:

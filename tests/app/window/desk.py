@@ -30,9 +30,9 @@ from riglens.core.metric.scores import ClassScores, KindScore, MetricSettings, S
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.grid import VoxelGrid
+from riglens.core.view.heatmap_data import HeatmapData
 from riglens.evaluation.options import SceneOptions
 from riglens.evaluation.requests import Approximation, EvaluationRequest, Result
-from riglens.widgets.heatmap.scale import HeatmapData
 from riglens.widgets.panels.checks.panel import ChecksPanel
 from riglens.widgets.panels.controls.messages import MessageBar
 from riglens.widgets.panels.inspector.panel import Inspector

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from riglens.core.rig.edits import with_enabled
-from riglens.widgets.panels.sensors.losses import MEASURES
+from riglens.widgets.panels.sensors.losses import measures
 from tests.app.window.desk import FullDesk, scores
 from tests.waiting import TIMEOUT_MS
 
@@ -34,27 +34,13 @@ def test_only_the_page_in_sight_is_kept_up_to_date(desk: FullDesk) -> None:
     assert len(asked["mounts"]) == 2 and asked["objects"] == []
 
 
-def test_painting_a_keep_out_zone_computes_nothing_anew(desk: FullDesk) -> None:
-    features, recompute, counter = desk.features, desk.recompute, desk.counter
-    features.tolerance.strip.profile_chosen.emit("assembly")
-    range_before, objects_before = features.detection_range._wanted, features.objects._request()
-    asked = (recompute.requests, recompute.others, recompute.tolerances, counter.requests, counter.others)
-    before = [len(requests) for requests in asked]
-    for spots in (((1.0, 0.0, 1.0, 0.1),), ()):
-        desk.document.apply(desk.document.rig.replace(keep_out=spots))
-        assert desk.document.rig.keep_out == spots and [len(requests) for requests in asked] == before
-        assert features.detection_range._wanted == range_before
-        assert features.objects._request() == objects_before
-        assert desk.workbench.answers.is_current and not desk.panels.scores.is_stale
-
-
 def test_redundancy_lists_what_the_rig_loses_without_each_sensor(desk: FullDesk) -> None:
     feature = desk.features.marginals
     for request in list(desk.recompute.others):
         if request.rig == with_enabled(desk.document.rig, (request.name,), False):
             feature._take(request, scores(0.25 if request.name == "roof" else 0.5))
     table = feature.panel.table
-    place = list(MEASURES).index("seen")
+    place = list(measures()).index("seen")
     assert table.texts_of("roof")[place] == "25.00" and table.texts_of("front")[place] == "0.00"
     table.clicked.emit(table.figures.index(0, 0))
     assert desk.document.selected == "roof"

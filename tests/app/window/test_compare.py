@@ -12,18 +12,18 @@ from pytestqt.qtbot import QtBot
 
 from riglens.app.window.features.compare import Compare
 from riglens.app.window.settings import Settings
+from riglens.core.figures.coverage import S_MS, SEEN
+from riglens.core.figures.registry import figures, leading_figures
+from riglens.core.figures.text import change_text, value_text
 from riglens.core.rig.presets import PAPER_RIGS, preset
 from riglens.core.rig.yaml.file import new_rig_file
 from riglens.widgets.panels.compare.chart import CompareChart
-from riglens.widgets.panels.compare.model import ALL_CLASSES, CompareRow
+from riglens.widgets.panels.compare.model import ALL_CLASSES, FIRST_FIGURE, CompareRow
 from riglens.widgets.panels.compare.panel import ComparePanel
-from riglens.widgets.panels.scores.text import change_text, column_of, columns, kilo_text, share_text
 from tests.app.window.desk import full_desk, scores
 from tests.app.window_bench import RIG, Bench, choose_item, open_bench
 from tests.core.review.scenes import BOX_FILE, box_mesh
 from tests.waiting import TIMEOUT_MS
-
-S_MS, SEEN = column_of("s_ms"), column_of("seen")
 
 
 @pytest.fixture
@@ -70,8 +70,8 @@ def test_every_rig_has_the_scores_of_a_fresh_evaluation(bench: Bench) -> None:
         assert row.scores == bench.fresh_scores(row.rig)
     name = PAPER_RIGS[0]
     fresh = bench.fresh_scores(preset(name)).classes["car"]
-    assert compare(bench).panel.table.text_of(name, "car S-MS") == kilo_text(fresh.s_ms)
-    assert compare(bench).panel.table.text_of(name, "car seen") == share_text(fresh.any_seen)
+    assert compare(bench).panel.table.text_of(name, "car S-MS") == value_text(S_MS, fresh.s_ms)
+    assert compare(bench).panel.table.text_of(name, "car seen") == value_text(SEEN, fresh.any_seen)
 
 
 def test_the_rig_being_edited_is_the_first_row_and_follows_the_edits(bench: Bench) -> None:
@@ -159,10 +159,10 @@ def test_differences_count_from_the_first_rig_or_from_the_baseline(bench: Bench)
     here, other, bare = (bench.fresh_scores(rig).classes["car"] for rig in (RIG, preset("W+T"), empty))
     panel = compare(bench).panel
     choose(bench, "compare_shown", "difference to the first")
-    assert panel.table.text_of("W+T", "car seen") == change_text(other.any_seen - here.any_seen, SEEN)
-    assert panel.table.text_of("small", "car seen") == "–"
+    assert panel.table.text_of("W+T", "car seen") == change_text(SEEN, other.any_seen - here.any_seen)
+    assert panel.table.text_of("small", "car seen") == "—"
     choose(bench, "compare_shown", "difference to the baseline")
-    assert panel.table.text_of("W+T", "car S-MS") == change_text(other.s_ms - bare.s_ms, S_MS)
+    assert panel.table.text_of("W+T", "car S-MS") == change_text(S_MS, other.s_ms - bare.s_ms)
 
 
 @pytest.mark.parametrize("class_name", [ALL_CLASSES, "pedestrian"])
@@ -172,9 +172,8 @@ def test_rigs_are_sorted_by_the_column_that_is_clicked(bench: Bench, class_name:
     choose(bench, "compare_class", class_name)
     panel = compare(bench).panel
     header = panel.table.horizontalHeader()
-    title = "car seen" if class_name == ALL_CLASSES else "Seen by any"
-    columns = range(panel.model.columnCount())
-    section = next(c for c in columns if panel.model.headerData(c, Qt.Orientation.Horizontal) == title)
+    section = FIRST_FIGURE + [column.figure for column in panel.model.columns].index(SEEN)
+    panel.table.scrollTo(panel.table.model().index(0, section))
     place = QPoint(header.sectionViewportPosition(section) + 20, header.height() // 2)
     bench.qtbot.mouseClick(header.viewport(), Qt.MouseButton.LeftButton, pos=place)
     scored = "car" if class_name == ALL_CLASSES else class_name
@@ -261,16 +260,18 @@ def show_bars(bench: Bench) -> CompareChart:
 def test_bars_are_as_long_as_the_figures_of_the_table(bench: Bench) -> None:
     compare(bench).add_presets(("W+T", "N+C"))
     wait_for_scores(bench)
-    on_target, *charts = show_bars(bench).charts()
-    assert on_target.bars == ()  # nobody counts here
-    charts = [chart for chart in charts if chart.score.score.key != "on_target"]
-    assert [chart.score.title for chart in charts][:2] == ["car seen", "car S-MS"]
+    charts = show_bars(bench).charts()
+    assert [chart.shown.figure.key for chart in charts] == 3 * [one.key for one in leading_figures()]
+    for chart in charts:
+        assert bool(chart.bars) == (chart.shown.figure.needs == "voxels")  # nobody counts here
+    charts = [chart for chart in charts if chart.bars]
+    assert [chart.shown.title for chart in charts][:2] == ["car seen", "car S-MS"]
     assert all([bar.row.name for bar in chart.bars] == ["small", "W+T", "N+C"] for chart in charts)
     for bar in charts[1].bars:
         assert bar.row.scores is not None
-        assert bar.figure == bar.row.scores.classes["car"].s_ms <= 0.0
+        assert bar.number == bar.row.scores.classes["car"].s_ms <= 0.0
         assert bar.area.top() == charts[1].zero_px  # what is below zero hangs down
-    lengths = [bar.area.height() / bar.figure for bar in charts[1].bars]
+    lengths = [bar.area.height() / bar.number for bar in charts[1].bars]
     assert lengths == pytest.approx([lengths[0]] * 3, rel=0.05)
 
 
@@ -282,14 +283,14 @@ def test_bars_follow_the_order_the_class_and_the_differences_of_the_table(bench:
     choose(bench, "compare_shown", "difference to the first")
     panel = compare(bench).panel
     panel.table.sortByColumn(0, Qt.SortOrder.AscendingOrder)
-    keys = [found.score.key for found in (c.score for c in chart.charts())]
-    assert keys == ["on_target", "detected", *(c.key for c in columns())]
-    bars = chart.charts()[3].bars
+    charts = {found.shown.figure.key: found for found in chart.charts()}
+    assert list(charts) == [one.key for one in figures(("lidar", "camera")) if one.per_class]
+    bars = charts["s_ms"].bars
     assert (
         [bar.row.name for bar in bars] == [row.name for row in panel.table.shown_rows()] == ["W+T", "small"]
     )
     here, other = (bench.fresh_scores(rig).classes["pedestrian"].s_ms for rig in (RIG, preset("W+T")))
-    assert [bar.figure for bar in bars] == [other - here, 0.0]
+    assert [bar.number for bar in bars] == [other - here, 0.0]
 
 
 def test_ctrl_a_in_the_table_selects_rigs_and_no_sensors(bench: Bench) -> None:
@@ -308,7 +309,8 @@ def test_a_click_on_a_bar_selects_its_rig_and_a_double_click_opens_it(bench: Ben
     compare(bench).add_presets(("W+T",))
     wait_for_scores(bench)
     chart = show_bars(bench)
-    place = chart.charts()[1].bars[1].area.center().toPoint()
+    seen = next(one for one in chart.charts() if one.shown.figure is SEEN)
+    place = seen.bars[1].area.center().toPoint()
     bench.qtbot.mouseClick(chart, Qt.MouseButton.LeftButton, pos=place)
     assert compare(bench).panel.table.chosen == (compare(bench).rows[1].key,)
     bench.qtbot.mouseDClick(chart, Qt.MouseButton.LeftButton, pos=place)

@@ -7,8 +7,11 @@ import io
 from dataclasses import replace
 
 from riglens.app.background.counting import OtherCount
-from riglens.core.targets.quantities import figures_of
-from riglens.widgets.panels.scores.text import ON_TARGET, change_text, share_text
+from riglens.core.figures.figure import Estimate
+from riglens.core.figures.hits import ON_TARGET
+from riglens.core.figures.registry import leading_figures, object_figures
+from riglens.core.figures.text import change_text, estimate_text, in_sentence
+from riglens.core.figures.values import values_of_objects
 from tests.app.window.counts import ENGINE, count
 from tests.app.window.desk import FullDesk
 
@@ -17,10 +20,10 @@ def asked(desk: FullDesk) -> list[OtherCount]:
     return [request for request in desk.counter.others if request.group == "compare"]
 
 
-def answered(desk: FullDesk, request: OtherCount) -> float:
-    figures = figures_of(ENGINE.evaluate(request.rig, request.settings))
+def answered(desk: FullDesk, request: OtherCount) -> Estimate:
+    figures = values_of_objects(ENGINE.evaluate(request.rig, request.settings))
     desk.features.compare._rigs._take_count(request, figures)
-    return figures["car"].on_target
+    return figures[ON_TARGET.key]["car"]
 
 
 def shown(desk: FullDesk, name: str) -> str:
@@ -36,11 +39,11 @@ def test_rigs_are_counted_once_the_rig_being_edited_is_and_show_it_first(desk: F
     assert request.rig.name == "W+C" and not request.is_variant
     assert shown(desk, "W+C") == "…"
     value = answered(desk, request)
-    assert shown(desk, "W+C") == share_text(value)
-    assert shown(desk, desk.document.rig.name) == share_text(
-        figures_of(desk.features.targets.answer.scores)["car"].on_target
-    )
-    assert [column.score.key for column in compare.panel.model.columns[:3]] == ["on_target", "seen", "s_ms"]
+    assert shown(desk, "W+C") == estimate_text(ON_TARGET, value)
+    own = desk.features.targets.answer.figures[ON_TARGET.key]["car"]
+    assert shown(desk, desk.document.rig.name) == estimate_text(ON_TARGET, own)
+    leading = [figure.key for figure in leading_figures()]
+    assert [column.figure.key for column in compare.panel.model.columns] == 3 * leading
 
 
 def test_differences_count_from_the_baseline(desk: FullDesk) -> None:
@@ -49,8 +52,8 @@ def test_differences_count_from_the_baseline(desk: FullDesk) -> None:
     count(desk)
     value = answered(desk, asked(desk)[0])
     compare.panel.model.set_shown("baseline")
-    before = figures_of(desk.features.targets.answer.baseline)["car"].on_target
-    assert shown(desk, "W+C") == change_text(value - before, ON_TARGET)
+    before = desk.features.targets.answer.baseline_figures[ON_TARGET.key]["car"]
+    assert shown(desk, "W+C") == change_text(ON_TARGET, value.value - before.value)
 
 
 def test_another_way_of_counting_makes_all_void(desk: FullDesk) -> None:
@@ -82,7 +85,7 @@ def test_a_rig_that_cannot_be_counted_shows_a_dash(desk: FullDesk) -> None:
     desk.features.compare.add_presets(("W+C",))
     count(desk)
     desk.features.compare._rigs._take_count(asked(desk)[0], None)
-    assert shown(desk, "W+C") == "–"
+    assert shown(desk, "W+C") == "—"
 
 
 def test_every_figure_is_in_the_table_for_spreadsheets(desk: FullDesk) -> None:
@@ -90,6 +93,11 @@ def test_every_figure_is_in_the_table_for_spreadsheets(desk: FullDesk) -> None:
     count(desk)
     value = answered(desk, asked(desk)[0])
     table = list(csv.DictReader(io.StringIO(desk.features.compare.panel.as_text(","))))
-    assert float(table[1]["car on target (fraction)"]) == value
-    assert int(table[1]["car road users"]) == figures_of(desk.features.targets.answer.scores)["car"].objects
+    assert float(table[1]["car on target (fraction)"]) == value.value
     assert table[1]["car S-MS (nat)"] == ""
+    for name in ("car", "pedestrian"):
+        for figure in object_figures(("lidar", "camera")):
+            known = desk.features.targets.answer.figures[figure.key][name]
+            unit = {"share": "fraction"}.get(figure.unit, figure.unit)
+            text = table[0][f"{name} {in_sentence(figure.title)} ({unit})"]
+            assert text == (repr(known.value) if known.exists else "")

@@ -219,7 +219,7 @@ def test_the_plan_is_kept_and_nonsense_is_not_taken_up(
         {"min_points": True},
         {"x": 1},
     ):
-        kept.write("card/plan", nonsense)
+        kept.write("detection_range/plan", nonsense)
         shown.restore(kept)
         assert shown._plan in (RangePlan(min_points=7, deceleration_mps2=6.5), USUAL_PLAN)
 
@@ -229,11 +229,11 @@ def test_what_is_shown_is_exported(
 ) -> None:
     desk.answer()
     answer(maker.requests[-1], shown)
-    desk.dialogs.path = tmp_path / "card.csv"
+    desk.dialogs.path = tmp_path / "range.csv"
     shown.panel.export.click()
     with open(desk.dialogs.path, encoding="utf-8", newline="") as stream:
         lines = list(csv.DictReader(stream))
-    assert desk.dialogs.suggested == Path("card.csv") and len(lines) == 2 * len(RANGES.rows)
+    assert desk.dialogs.suggested == Path("range.csv") and len(lines) == 2 * len(RANGES.rows)
     row = next(
         row for row in RANGES.rows if (row.cls, row.heading_deg, row.bearing_deg) == ("car", 90.0, 0.0)
     )

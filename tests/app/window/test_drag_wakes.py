@@ -12,7 +12,7 @@ from tests.app.window_bench import LIDAR, open_bench
 
 ALWAYS = {
     "OpenRig.preview": "the rig moves",
-    "Session._tell_body": "the rig may have another body",
+    "Session._emit_body": "the rig may have another body",
     "ResultStore._ask_again": "scores are asked for",
     "ScoresShown._show_waiting": "those shown are greyed",
     "Follow._follow": "view, list and inspector show the pose",

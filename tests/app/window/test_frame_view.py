@@ -68,7 +68,7 @@ class Stand:
     def count(self) -> CountAnswer:
         request = self.desk.counter.requests[-1]
         found = TargetEngine(TRAFFIC, threads=1).evaluate(request.rig, request.settings)
-        answer = CountAnswer.of(request, TRAFFIC, found, found)
+        answer = CountAnswer.of(request, found, found)
         self.targets._take(request, answer)
         return answer
 

@@ -15,9 +15,10 @@ from riglens.app.window.features.heat import look_of
 from riglens.app.window.features.pick import Pick
 from riglens.core.engine.engine import Engine
 from riglens.core.engine.inspect import sees_voxel
+from riglens.core.figures.heatmaps import OFF
+from riglens.core.figures.registry import voxel_heat_maps
 from riglens.core.geometry import Pose
 from riglens.core.scene.columns import unpack
-from riglens.evaluation.options import HEAT_TITLES
 from riglens.widgets.drawing.camera import ViewRay
 from riglens.widgets.heatmap.pick import PickedCell
 from riglens.widgets.heatmap.scale import DEFAULT_LOOK, HeatLook
@@ -45,11 +46,13 @@ def pick(bench: Bench, row: int = 0) -> Pick:
 
 def test_every_mode_can_be_chosen_and_says_what_it_is(bench: Bench) -> None:
     heat = bench.features.heat
-    for mode, title in HEAT_TITLES.items():
-        heat.set_mode(mode)
+    for shown in voxel_heat_maps():
+        heat.set_mode(shown.key)
         bench.settle()
-        data = bench.viewport.state.heatmap
-        assert (data is None) if mode == "off" else data.title == f"{title}, car"
+        assert bench.viewport.state.heatmap.title == f"{shown.title}, car"
+    heat.set_mode(OFF)
+    bench.settle()
+    assert bench.viewport.state.heatmap is None
 
 
 def test_changes_are_counted_from_the_baseline_of_the_scores(bench: Bench) -> None:

@@ -221,7 +221,7 @@ def test_a_change_of_the_voxel_edge_says_why_the_numbers_moved(qtbot: QtBot, tmp
 
 
 def test_the_note_can_be_silenced_for_good_and_covers_no_other_note(bench: FullDesk) -> None:
-    tell = bench.features.scene_data._tell_why_scores_move
+    tell = bench.features.scene_data._explain_moved_scores
     notes = bench.workbench.notes
     notes.show_message("Recover?")
     tell(scene(0.1).field.grid, scene(0.2).field.grid)

@@ -13,6 +13,7 @@ from riglens.app.window.settings import Settings
 from riglens.core.blind.zones import OVERLAP_HEIGHT_M, BlindEngine, BlindSettings
 from riglens.core.engine.engine import Engine
 from riglens.core.engine.inspect import covered_at_least
+from riglens.core.figures.lowest_heights import LowestHeight
 from riglens.core.geometry import Pose
 from riglens.core.rig.model import Vehicle
 from riglens.core.scene.columns import pack, unpack
@@ -23,7 +24,6 @@ from riglens.core.view.top_view import SeenBy, TopView
 from riglens.core.view.top_views import TopViews
 from riglens.evaluation.scenario import load_scenario
 from riglens.widgets.maps.lowest_items import Lowest, lowest_colours, lowest_text
-from riglens.widgets.maps.map_panel import lowest_choices
 from riglens.widgets.maps.paint import argb
 from riglens.widgets.theme import OVERLAP_COLOURS
 from riglens.widgets.viewport.ground_map import NOTHING
@@ -131,7 +131,8 @@ def test_the_map_shows_the_class_and_the_sensors_that_are_chosen(bench: Bench) -
     bench.features.heat.set_class("pedestrian")
     assert shown_map(bench).class_name == "pedestrian"
     assert panel.title.text() == "Pedestrian,"
-    for place, seen_by in enumerate(("lidar", "camera", "twice", "thrice", "kinds"), 1):
+    for seen_by in ("lidar", "camera", "twice", "thrice", "kinds"):
+        place = panel.choice.findData(seen_by)
         panel.choice.setCurrentIndex(place)
         panel.choice.activated.emit(place)
         np.testing.assert_array_equal(shown_map(bench).levels, expected_map(bench, 2, seen_by).levels)  # type: ignore[arg-type]
@@ -145,8 +146,7 @@ def test_the_map_shows_the_lowest_heights_of_the_command_and_follows_an_edit(ben
     assert bench.workbench.answers.result.blind is None
     assert np.array_equal(panel.map.plane.to_m(panel.map.plane.area.center()), (0.0, 0.0))
     for number, (by, k) in enumerate((("any", 1), ("lidar", 2)), 1):
-        name = next(one for one, chosen in lowest_choices().items() if chosen[:2] == (by, k))
-        place = panel.choice.findData(name)
+        place = panel.choice.findData(LowestHeight(by, k).key)
         panel.choice.setCurrentIndex(place)
         panel.choice.activated.emit(place)
         bench.drag("roof", (0.5 + 0.3 * number, 0.0, 2.4))

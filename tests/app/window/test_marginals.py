@@ -7,16 +7,19 @@ from PySide6.QtTest import QTest
 
 from riglens.app.background.counting import OtherCount
 from riglens.app.window.features.marginals import Marginals
-from riglens.core.targets.quantities import Figures, figures_of
+from riglens.core.figures.figure import ALL
+from riglens.core.figures.hits import ON_TARGET
+from riglens.core.figures.registry import leading_figures
+from riglens.core.figures.values import Values, values_of_objects
 from riglens.widgets.panels.controls.style import style_sheet, tones
-from riglens.widgets.panels.sensors.losses import MEASURES, Known, changed
+from riglens.widgets.panels.sensors.losses import changed, measures
 from riglens.widgets.panels.sensors.rows import LOSS
 from tests.app.window.counts import ENGINE, count
 from tests.app.window.desk import FullDesk, scores
 
 
-def counted(request: OtherCount) -> Figures:
-    return figures_of(ENGINE.evaluate(request.rig, request.settings))
+def counted(request: OtherCount) -> Values:
+    return values_of_objects(ENGINE.evaluate(request.rig, request.settings))
 
 
 def marginals(desk: FullDesk) -> Marginals:
@@ -48,12 +51,12 @@ def test_the_list_shows_the_loss_in_the_measure_that_is_chosen(desk: FullDesk) -
     roof = asked(desk)[0]
     marginals(desk)._take_count(roof, counted(roof))
     row = desk.panels.tree._items["roof"]
+    marginals(desk).choose("seen")
     assert row.text(LOSS) == ""  # seen is not known yet
     marginals(desk).choose("on_target")
-    now = Known(None, figures_of(desk.features.targets.answer.scores))
-    lost = changed("on_target", now, Known(None, counted(roof)))
-    assert lost is not None and lost < 0 and row.text(LOSS) == f"{-100 * lost:.2f}"
-    assert "On target" in desk.panels.tree.headerItem().toolTip(LOSS) and "car: On target" in row.toolTip(
+    lost = changed(ON_TARGET, ALL, desk.features.targets.answer.figures, counted(roof))
+    assert lost is not None and lost.value < 0 and row.text(LOSS) == f"{-100 * lost.value:.2f}"
+    assert "On target" in desk.panels.tree.headerItem().toolTip(LOSS) and "car: Predicted AP" in row.toolTip(
         LOSS
     )
     marginals(desk)._take(desk.recompute.others[0], scores(0.25))
@@ -68,7 +71,7 @@ def test_the_list_shows_the_loss_in_the_measure_that_is_chosen(desk: FullDesk) -
 def test_the_heading_of_losses_is_not_cut(desk: FullDesk) -> None:
     desk.panels.tree.setStyleSheet(style_sheet(tones()))
     header = desk.panels.tree.header()
-    for measure in MEASURES:
+    for measure in measures():
         marginals(desk).choose(measure)
         assert header.sectionSizeHint(LOSS) <= header.sectionSize(LOSS)
 
@@ -108,11 +111,9 @@ def test_a_click_on_the_title_of_the_losses_offers_the_measures(desk: FullDesk) 
         QTest.mouseClick(header.viewport(), Qt.MouseButton.LeftButton, pos=QPoint(x, header.height() // 2))
     assert len(places) == 1
     menu = marginals(desk).measure_menu()
-    assert [action.text() for action in menu.actions()] == [
-        "Loss in On target",
-        "Loss in Seen",
-        "Loss in S-MS",
-    ]
-    assert [action.isChecked() for action in menu.actions()] == [False, True, False]
-    menu.actions()[0].trigger()
-    assert marginals(desk).measure == "on_target"
+    titles = [one.title for one in leading_figures()]
+    assert [action.text() for action in menu.actions()] == [f"Loss in {title}" for title in titles]
+    checked = [action.text() for action in menu.actions() if action.isChecked()]
+    assert checked == [f"Loss in {marginals(desk).measure.title}"]
+    menu.actions()[1].trigger()
+    assert marginals(desk).measure == leading_figures()[1]

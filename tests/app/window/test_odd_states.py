@@ -79,7 +79,7 @@ def test_without_box_data_nothing_pretends_to_be_on_its_way(qtbot: QtBot, tmp_pa
         assert bench.workbench.status.state.text() == "no box data, no scores"
         bench.drag("front", (0.5, 0.0, 1.5))
         assert bench.workbench.status.state.text() == "no box data, no scores"
-        assert bench.shown("car", "seen") == "–"
+        assert bench.shown("car", "seen") == "—"
         (tmp_path / "nowhere.csv").write_text(CARS)
         load = bench.panels.scene.findChild(QPushButton, "load")
         assert load is not None and load.isEnabled()

@@ -100,22 +100,24 @@ def test_every_command_page_script_and_the_window_give_one_value_for_each_figure
     for name, given in rigs.items():
         add_window(found[name], qtbot, tmp_path, rl.open_rig(given))
     boxes, required = tmp_path / "boxes.csv", tmp_path / "required.yaml"
-    traffic = ("--boxes", boxes)
-    scene = (*traffic, *GRID)
-    for command, add in (("evaluate", Values.add_scores), ("targets", Values.add_targets)):
-        asked = scene if command == "evaluate" else traffic
-        together = said(tmp_path, command, *rigs.values(), *asked)
-        assert together["body"] is None
-        assert [rig["body"] for rig in together["rigs"]] == ["ignored", "ignored", "blocks"]
-        for number, (name, given) in enumerate(rigs.items()):
-            add(found[name], f"{command} of all", together["rigs"][number])
-            add(found[name], command, said(tmp_path, command, given, *asked)["rigs"][0])
+    scene = ("--boxes", boxes, *GRID)
+    together = said(tmp_path, "evaluate", "--targets", *rigs.values(), *scene)
+    alone = {name: said(tmp_path, "evaluate", "--targets", given, *scene) for name, given in rigs.items()}
+    for key, add in (("evaluate", Values.add_scores), ("targets", Values.add_targets)):
+        both = together if key == "evaluate" else together[key]
+        assert both["body"] is None
+        assert [rig["body"] for rig in both["rigs"]] == ["ignored", "ignored", "blocks"]
+        for number, name in enumerate(rigs):
+            one = alone[name] if key == "evaluate" else alone[name][key]
+            add(found[name], f"{key} of all", both["rigs"][number])
+            add(found[name], key, one["rigs"][0])
     for name, given in rigs.items():
         values, rig = found[name], rl.open_rig(given)
-        blind = said(tmp_path, "blind", given)
+        parts = ("--only", "blind,redundancy,tolerance", "--draws", 1, "--no-sensitivities")
+        review = said(tmp_path, "review", given, *parts, *scene)
+        blind, tolerance = review["blind"], review["tolerance"]["figures"]
         values.add_blind("blind", blind)
-        values.add_redundancy("redundancy", said(tmp_path, "redundancy", given, *scene))
-        tolerance = said(tmp_path, "tolerance", given, *scene, "--draws", 1, "--no-sensitivities")["figures"]
+        values.add_redundancy("redundancy", review["redundancy"])
         for cls in CLASSES:
             values.add("tolerance", **{f"seen {cls} any": tolerance[f"seen {cls}"]["nominal"]})
             values.add("tolerance", **{f"on_target {cls}": tolerance[f"on_target {cls}"]["nominal"]})
@@ -158,11 +160,11 @@ def add_window(values: Values, qtbot: QtBot, folder: Path, rig: Rig) -> None:
         assert objects._worker.wait_until_idle(TIMEOUT_MS / 1000)
         qtbot.waitUntil(lambda: bool(objects._profiles), timeout=TIMEOUT_MS)
         result = bench.workbench.answers.result
-        classes, counts = result.evaluation.scores.classes, features.targets.answer.scores.classes
+        classes, counts = result.evaluation.scores.classes, features.targets.answer.figures
         for name in CLASSES:
             one = classes[name]
             values.add("window", **{f"s_ms {name}": one.s_ms, f"seen {name} any": one.any_seen})
             values.add("window", **{f"seen {name} {kind}": getattr(one, kind).seen for kind in KINDS[1:]})
-            values.add("window", **{f"on_target {name}": counts[name].total.on_target.value})
+            values.add("window", **{f"on_target {name}": counts["on_target"][name].value})
         for found in objects._profiles:
             values.add("window", **{f"objects {found.profile.name}": len(found.objects) - len(found.failed)})

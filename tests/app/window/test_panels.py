@@ -8,14 +8,16 @@ from PySide6.QtGui import QGuiApplication, QHelpEvent
 from PySide6.QtWidgets import QApplication, QLabel, QLineEdit, QToolButton, QToolTip, QWidget
 from pytestqt.qtbot import QtBot
 
+from riglens.core.figures.coverage import SEEN
+from riglens.core.figures.text import change_text
 from riglens.core.geometry import Pose
 from riglens.core.rig.edits import without
 from riglens.core.rig.yaml.file import new_rig_file
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.shown_values import NONE
 from riglens.widgets.maps.map_items import NO_BOXES
 from riglens.widgets.panels.inspector.marginal_view import NOT_COUNTED, WAITING
 from riglens.widgets.panels.inspector.pose_tools import PoseTools
-from riglens.widgets.panels.scores.text import NONE, change_text, columns
 from riglens.widgets.panels.sensors.library import MODEL_MIME
 from riglens.widgets.panels.sensors.rows import EYE, LOCK, LOSS, NAME
 from tests.app.window_bench import CAMERA, LIDAR, RIG, Bench, open_bench
@@ -285,7 +287,7 @@ def test_changes_count_from_the_pinned_rig_until_it_is_let_go(whole: Bench, tmp_
     whole.settle()
     whole.act("pin")
     whole.settle()
-    assert whole.shown("car", "seen change") == "–"
+    assert whole.shown("car", "seen change") == "—"
     assert whole.features.compare.rows[-1].rig is whole.session.baseline, "a snapshot, and nothing else"
     assert "small" in whole.panels.scores.note
     whole.dialogs.path = tmp_path / "rig.yaml"
@@ -294,7 +296,7 @@ def test_changes_count_from_the_pinned_rig_until_it_is_let_go(whole: Bench, tmp_
     assert whole.shown("car", "seen change").startswith("+")
     whole.act("unpin")
     whole.settle()
-    assert whole.shown("car", "seen change") == "–"
+    assert whole.shown("car", "seen change") == "—"
     assert "last saved" in whole.panels.scores.note
 
 
@@ -304,13 +306,12 @@ def test_any_rig_of_the_compare_panel_can_be_the_baseline(whole: Bench, tmp_path
     whole.act("compare_file")
     whole.features.compare.panel.table.pin_wanted.emit(whole.features.compare.rows[-1].key)
     whole.settle()
-    seen = next(column for column in columns() if column.key == "seen")
     now = whole.fresh_scores(RIG).classes["car"].any_seen
-    assert whole.shown("car", "seen change") == change_text(now, seen)
+    assert whole.shown("car", "seen change") == change_text(SEEN, now)
     assert "bare car" in whole.panels.scores.note
     whole.act("unpin")
     whole.settle()
-    assert whole.shown("car", "seen change") == "–"
+    assert whole.shown("car", "seen change") == "—"
 
 
 # ---------------------------------------------------------------------- what a sensor is worth
@@ -326,10 +327,9 @@ def test_the_loss_without_a_sensor_is_exact(whole: Bench) -> None:
     for name in ("roof", "front"):
         assert found[name] == whole.fresh_scores(without(RIG, (name,)))
     view = whole.panels.inspector.form.marginal  # type: ignore[attr-defined]
-    seen = next(column for column in columns() if column.key == "seen")
     lost = found["roof"].classes["car"].any_seen - now.classes["car"].any_seen
     assert lost < 0
-    assert view.text_of("car", "seen") + " pp" == change_text(lost, seen)
+    assert view.text_of("car", "seen") + " pp" == change_text(SEEN, lost)
     assert whole.panels.tree._items["front"].text(LOSS) != ""
 
 

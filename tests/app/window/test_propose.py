@@ -34,7 +34,7 @@ from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
 from riglens.core.optimise.mounts import Move
 from riglens.core.optimise.objectives import OBJECTIVES as KNOWN
-from riglens.core.optimise.results import Problem
+from riglens.core.optimise.objectives import Problem
 from riglens.core.optimise.run import finished
 from riglens.core.rig.yaml.file import load_rig
 from riglens.evaluation.options import SceneOptions

@@ -37,7 +37,7 @@ def test_scores_compare_targets_and_test_objects_are_those_of_the_commands(
         compare.add_file(two)
         qtbot.waitUntil(
             lambda: (
-                all(row.scores and row.figures for row in compare.rows) and bench.features.targets.is_current
+                all(row.scores and row.counted for row in compare.rows) and bench.features.targets.is_current
             ),
             timeout=TIMEOUT_MS,
         )
@@ -50,12 +50,12 @@ def test_scores_compare_targets_and_test_objects_are_those_of_the_commands(
         seen = [tree.topLevelItem(place).text(1) for place in range(tree.topLevelItemCount())]
         boxes = tmp_path / "boxes.csv"
     scene = ("--boxes", boxes, *GRID)
-    scores = said(tmp_path, "evaluate", one, two, *scene)["rigs"]
-    counts = said(tmp_path, "targets", one, two, "--boxes", boxes)["rigs"]
+    found = said(tmp_path, "evaluate", "--targets", one, two, *scene)
+    scores, counts = found["rigs"], found["targets"]["rigs"]
     for row, score, count in zip((rows[True], rows[False]), scores, counts, strict=True):
         for name in CLASSES:
             assert row.scores.classes[name].any_seen == score["classes"][name]["any"]["seen"]
             assert row.scores.classes[name].s_ms == score["classes"][name]["s_ms"]
-            assert row.figures[name].on_target == count["classes"][name]["lidar"]["on_target"]
-    profiles = said(tmp_path, "blind", one)["profiles"]
+            assert row.counted["on_target"][name].value == count["classes"][name]["lidar"]["on_target"]
+    profiles = said(tmp_path, "review", one, "--only", "blind")["blind"]["profiles"]
     assert seen == [f"{profile['seen']} of {len(profile['objects'])}" for profile in profiles]

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QComboBox, QLabel, QLineEdit, QPushButton
 from pytestqt.qtbot import QtBot
 
 from riglens.core.scene.pog_store import save_pog
+from riglens.evaluation.names import label_of
 from riglens.evaluation.scenario import load_scenario
 from riglens.evaluation.voxel_words import reason, tried_lines
 from riglens.widgets.panels.controls.style import plain_tip
@@ -96,6 +97,22 @@ def test_a_folder_without_boxes_is_refused_at_once(qtbot: QtBot, tmp_path: Path)
         bench.act("boxes_folder")
         assert "no box data in this folder" in bench.workbench.errors.message
         assert bench.panels.scene.choice == before
+
+
+def test_a_ground_off_zero_is_shown_and_mended_with_one_click(qtbot: QtBot, tmp_path: Path) -> None:
+    cars = "".join(f"s,{n},car,{4 + n % 4},{n % 7 - 3},-0.9,4.5,1.9,1.6,0.{n}\n" for n in range(1, 41))
+    (tmp_path / "low.csv").write_text(f"seq,frame,cls,x,y,z,length,width,height,yaw\n{cars}")
+    with open_bench(qtbot, tmp_path, boxes=tmp_path / "low.csv", roi_m=SMALL_ROI_M) as bench:
+        notes, status = bench.workbench.notes, bench.workbench.status
+        assert "low.csv" in notes.message and "-1.7" in notes.message and "0 0 1.7" in notes.message
+        assert "-1.7" in status.doubts.text() and not status.doubts.isHidden()
+        (mend,) = notes.findChildren(QPushButton, label_of("find_ground"))
+        scenes = len(bench.scenes)
+        mend.click()
+        qtbot.waitUntil(lambda: len(bench.scenes) > scenes, timeout=TIMEOUT_MS)
+        bench.settle()
+        assert bench.scenes[-1].field.index.count > bench.scenes[0].field.index.count
+        assert notes.message == "" and status.doubts.isHidden()
 
 
 @pytest.fixture

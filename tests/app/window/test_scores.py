@@ -49,10 +49,10 @@ def test_after_a_drag_the_scores_are_those_of_a_fresh_evaluation_bit_for_bit(ben
 
 def test_a_number_that_is_out_of_date_is_greyed_until_the_new_one_is_there(bench: Bench) -> None:
     assert not bench.panels.scores.is_stale
-    before = bench.shown("car", "lidar")
+    before = bench.shown("car", "s_ms")
     bench.document.set_enabled(("roof",), False)
     assert bench.panels.scores.is_stale
-    assert bench.shown("car", "lidar") == before
+    assert bench.shown("car", "s_ms") == before
     assert bench.workbench.status.state.text() == "updating…"
     bench.settle()
     assert not bench.panels.scores.is_stale
@@ -62,7 +62,7 @@ def test_a_number_that_is_out_of_date_is_greyed_until_the_new_one_is_there(bench
 def test_the_change_counts_from_the_rig_that_was_opened_and_then_from_the_saved_one(
     bench: Bench, tmp_path: Path
 ) -> None:
-    assert bench.shown("car", "s_ms change") == "–"
+    assert bench.shown("car", "s_ms change") == "—"
     bench.document.set_enabled(("roof",), False)
     bench.settle()
     assert bench.shown("car", "s_ms change").startswith("+")
@@ -70,7 +70,7 @@ def test_the_change_counts_from_the_rig_that_was_opened_and_then_from_the_saved_
     bench.dialogs.path = tmp_path / "rig.yaml"
     bench.act("save")
     bench.settle()
-    assert bench.shown("car", "s_ms change") == "–"
+    assert bench.shown("car", "s_ms change") == "—"
     bench.act("undo")
     bench.settle()
     assert bench.shown("car", "s_ms change").startswith("−")

@@ -16,7 +16,7 @@ from riglens.app.window.features.appearance import COMPACT_PX, FRAME
 from riglens.core.rig.presets import preset
 from riglens.core.scene.boxes import CLASSES
 from riglens.widgets.panels.controls.style import apply_style
-from riglens.widgets.panels.figures.table import Figure
+from riglens.widgets.panels.figures.table import Cell
 from riglens.widgets.panels.scores.table import LONGEST_CHANGES, LONGEST_VALUE
 from riglens.widgets.panels.sensors.rows import NAME
 from riglens.widgets.panels.sensors.tree import TICK_PX
@@ -71,9 +71,12 @@ def test_no_word_of_the_start_rig_is_cut_in_a_small_window(
         )
         qtbot.waitUntil(lambda: tree.columnWidth(NAME) >= longest_px + TICK_PX, timeout=TIMEOUT_MS)
         assert not table.horizontalScrollBar().isVisible(), "all changes of the four figures are in sight"
-        longest = [Figure(text) for text in (LONGEST_VALUE, LONGEST_CHANGES[1])]
-        table.figures.show_columns(0, [2 * longest for _ in CLASSES])
-        for place in range(4):
+        counted = [table.place_of(one.key) for one in table.shown if one.needs == "objects"]
+        longest = (Cell(LONGEST_VALUE), Cell(LONGEST_CHANGES[1]))
+        table.figures.show_columns(
+            {place + part: [longest[part]] * len(CLASSES) for place in counted for part in (0, 1)}
+        )
+        for place in (first + part for first in counted for part in (0, 1)):
             assert table.sizeHintForColumn(place) <= table.columnWidth(place)
         bars = [bar for bar in opened.window.findChildren(QTabBar) if bar.isVisible() and bar.count() > 2]
         assert len(bars) > 1

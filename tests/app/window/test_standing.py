@@ -19,7 +19,7 @@ from riglens.core.rig.model import Rig
 from riglens.core.sensing.body_ends import barrier_of
 from riglens.core.sensing.rays import sensor_rays
 from riglens.core.vehicle.solid import solid_of
-from riglens.core.vehicle.standing import stand
+from riglens.core.vehicle.standing import mount_status
 from riglens.core.view.frames import FrameBoxes
 from riglens.core.view.hits import cast
 from riglens.widgets.panels.inspector.panel import places_text
@@ -72,7 +72,7 @@ def test_nothing_is_said_before_the_first_scores(desk: Desk, standing: Standing)
 def test_a_sensor_in_the_air_is_marked_in_list_view_and_inspector(desk: Desk, standing: Standing) -> None:
     start(desk, standing)
     rig = desk.document.rig
-    problem = stand(rig.sensor("roof").position, solid_of(rig.vehicle)).problem
+    problem = mount_status(rig.sensor("roof").position, solid_of(rig.vehicle)).problem
     assert "above the body: needs a bracket" in problem and marked(desk)["roof"] == problem
     assert problem.capitalize() in desk.panels.tree._items["roof"].toolTip(NAME)
     mast = next(mast for mast in desk.viewport.state.masts if mast.name == "roof")
@@ -84,7 +84,7 @@ def test_a_sensor_in_the_air_is_marked_in_list_view_and_inspector(desk: Desk, st
 
 def test_the_line_about_the_rig_names_the_heights_that_the_view_does() -> None:
     solid = solid_of(RIG.vehicle)
-    above = {name: stand((-0.9, 0.3, z_m), solid) for name, z_m in (("low", 1.9), ("high", 2.2))}
+    above = {name: mount_status((-0.9, 0.3, z_m), solid) for name, z_m in (("low", 1.9), ("high", 2.2))}
     assert all(found.gap_m < found.away_m for found in above.values())  # the roof slopes
     said = f"low, high: {above['low'].height.split()[0]} to {above['high'].height} off the body"
     assert places_text(above) == f"{said}, bracket needed"
@@ -92,7 +92,7 @@ def test_the_line_about_the_rig_names_the_heights_that_the_view_does() -> None:
 
 def test_the_line_about_the_rig_says_how_deep_sensors_are_inside_and_why_they_may_be() -> None:
     solid = solid_of(RIG.vehicle)
-    buried = {"behind": stand(CABIN, solid), "below": stand(GROUND, solid)}
+    buried = {"behind": mount_status(CABIN, solid), "below": mount_status(GROUND, solid)}
     inside, below = places_text(buried).splitlines()
     assert inside.startswith(f"behind: {buried['behind'].gap_m:.2f} m inside the body: behind a panel, or")
     assert below == "below: below the ground"
@@ -136,9 +136,9 @@ def test_only_what_moved_is_found_anew(standing: Standing, monkeypatch: pytest.M
 
     def counted(place_m, solid):
         found.append(place_m)
-        return stand(place_m, solid)
+        return mount_status(place_m, solid)
 
-    monkeypatch.setattr("riglens.app.background.standing.stand", counted)
+    monkeypatch.setattr("riglens.app.background.standing.mount_status", counted)
     body, still = Rig().vehicle, ("a", (0.0, 0.0, 2.0))
     for x in (0.1, 0.2):
         standing.worker.ask(MountStatusRequest(body, (still, ("b", (x, 0.0, 2.0)))))

@@ -9,6 +9,8 @@ from PySide6.QtGui import QColor, QImage, QPainter
 from PySide6.QtWidgets import QComboBox
 
 from riglens.app.window.features.target_maps import COUNTING
+from riglens.core.figures.heatmaps import MISSED_OBJECTS, OF_TARGETS
+from riglens.core.figures.registry import object_heat_map
 from riglens.widgets.heatmap.scale import bar_ticks
 from riglens.widgets.maps.ground_items import draw_ground_legend, ground_text, summary_of
 from riglens.widgets.theme import LIGHT_TONES
@@ -36,9 +38,8 @@ def test_the_heatmap_is_that_of_all_frames_with_unit_and_direction(
     data = desk.viewport.state.heatmap
     ground = desk.features.targets.answer.ground[0]
     assert data.unit == unit and data.note.startswith(f"{way} is better") and data.title.endswith(", car")
-    assert len(data.values) == np.count_nonzero(ground.objects)
-    wanted = 100.0 * ground.on_target if mode == "on_target" else ground.missed
-    assert np.allclose(data.values, wanted[ground.objects > 0])
+    over = object_heat_map(mode).over(ground)
+    assert np.array_equal(data.values, over.values[over.objects > 0].astype(np.float32))
     assert bar_ticks(data, desk.viewport.state.heat_look)[0].text == "0"
     desk.features.heat.set_class("pedestrian")
     assert desk.viewport.state.heatmap.title.endswith(", pedestrian")
@@ -78,8 +79,8 @@ def test_the_map_shows_road_users_and_goes_back(desk: FullDesk) -> None:
     assert panel.map.message == COUNTING and panel.seen_by is None
     count(desk)
     ground = desk.features.targets.answer.ground[0]
-    assert panel.map.message == "" and panel.map._ground == (ground, "on_target")
-    assert panel.map.readout() == summary_of(ground, "on_target")
+    assert panel.map.message == "" and panel.map._ground.ground is ground
+    assert panel.map._ground.heat is OF_TARGETS and panel.map.readout() == summary_of(panel.map._ground)
     choose_item(combo, "seen by any sensor")
     assert panel.map._ground is None and panel.seen_by == "any"
 
@@ -90,9 +91,8 @@ def test_the_map_of_road_users_has_a_legend(desk: FullDesk, mode: str) -> None:
     image = QImage(300, 30, QImage.Format.Format_RGB32)
     image.fill(QColor(LIGHT_TONES.panel))
     blank, painter = image.copy(), QPainter(image)
-    draw_ground_legend(
-        painter, QRectF(8.0, 4.0, 284.0, 22.0), desk.features.targets.answer.ground[0], mode, LIGHT_TONES
-    )
+    over = object_heat_map(mode).over(desk.features.targets.answer.ground[0])
+    draw_ground_legend(painter, QRectF(8.0, 4.0, 284.0, 22.0), over, LIGHT_TONES)
     painter.end()
     assert image != blank
 
@@ -100,9 +100,10 @@ def test_the_map_of_road_users_has_a_legend(desk: FullDesk, mode: str) -> None:
 def test_a_place_of_the_map_is_told_in_words(desk: FullDesk) -> None:
     count(desk)
     ground = desk.features.targets.answer.ground[0]
-    ix, iy = (int(i) for i in np.argwhere(ground.objects > 0)[0])
+    means, missed = OF_TARGETS.over(ground), MISSED_OBJECTS.over(ground)
+    ix, iy = (int(i) for i in np.argwhere(means.objects > 0)[0])
     place_m = (ground.origin_m[0] + ix + 0.5, ground.origin_m[1] + iy + 0.5)
-    number = int(ground.objects[ix, iy])
-    assert f"% on target, mean of {number:,} within 2 m" in ground_text(ground, "on_target", place_m)
-    assert "have fewer than 5 points" in ground_text(ground, "missed", place_m)
-    assert ground_text(ground, "missed", (900.0, 0.0)) == "no car within 2 m"
+    number = int(means.objects[ix, iy])
+    assert f"% on target, mean of {number:,} within 2 m" in ground_text(means, place_m)
+    assert "have fewer than 5 points" in ground_text(missed, place_m)
+    assert ground_text(missed, (900.0, 0.0)) == "no car within 2 m"

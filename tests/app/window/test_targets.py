@@ -10,10 +10,12 @@ from riglens.app.background.counting import CountAnswer, CountRequest
 from riglens.app.window.features.follow import Follow
 from riglens.app.window.features.scores import ScoresShown
 from riglens.app.window.features.targets import PAUSE_MS, Targets
+from riglens.core.figures.figure import Estimate
+from riglens.core.figures.hits import ON_TARGET
+from riglens.core.figures.text import estimate_text
 from riglens.core.geometry import Pose
 from riglens.core.rig.model import Rig
-from riglens.core.targets.quantities import WHO
-from riglens.widgets.panels.scores.text import FIGURES_HELP, sampled_text
+from riglens.widgets.panels.scores.text import FIGURES_HELP
 from tests.app.window.counts import answer
 from tests.app.window.desk import Desk, open_desk
 from tests.hand_clock import HandTimers
@@ -34,6 +36,14 @@ def targets(desk: Desk) -> Targets:
 
 def take(targets: Targets, found: CountAnswer) -> None:
     targets._take(found.request, found)
+
+
+def on_target(found: CountAnswer) -> Estimate:
+    return found.cells["on_target"].at("car")[0]
+
+
+def text(found: Estimate) -> str:
+    return estimate_text(ON_TARGET, found)
 
 
 def start(desk: Desk) -> CountRequest:
@@ -64,19 +74,12 @@ def test_while_a_sample_grows_the_exact_value_and_the_paired_change_stand_there(
     desk.drag("roof", (0.4, 0.0, 2.3))
     sample, whole = answer(desk.counter.requests[-1], 3), answer(desk.counter.requests[-1])
     take(targets, sample)
-    row = WHO.index("car")
-    change, change_se = (float(part[row]) for part in (sample.on_target.change, sample.on_target.change_se))
-    assert change != 0.0
-    wanted = sampled_text(float(first.on_target.value[row]) + change, change_se)
-    assert (
-        desk.panels.scores.table.cell("car", "on_target").text
-        == wanted
-        != sampled_text(float(sample.on_target.value[row]), float(sample.on_target.se[row]))
-    )
+    known, (own, change) = on_target(first), sample.cells["on_target"].at("car")
+    assert change.value != 0.0
+    wanted = text(Estimate(known.value + change.value, change.se))
+    assert desk.panels.scores.table.cell("car", "on_target").text == wanted != text(own)
     take(targets, whole)
-    assert desk.panels.scores.table.cell("car", "on_target").text == sampled_text(
-        float(whole.on_target.value[row]), 0.0
-    )
+    assert desk.panels.scores.table.cell("car", "on_target").text == text(on_target(whole))
     desk.document.undo()
     take(targets, answer(desk.counter.requests[-1], 3))
     assert desk.panels.scores.table.cell("car", "on_target").text == exact, (
@@ -170,18 +173,21 @@ def test_the_score_table_shows_what_is_on_target_and_greys_it_with_the_next_move
     desk: Desk, targets: Targets
 ) -> None:
     request, scores = start(desk), desk.panels.scores
-    assert scores.table.cell("car", "on_target").text == "–"
+    assert scores.table.cell("car", "on_target").text == "—"
     take(targets, answer(request))
     shown = scores.table.cell("car", "on_target").text
-    assert shown == sampled_text(float(targets.answer.on_target.value[1]), 0.0)  # type: ignore[union-attr]
+    assert targets.answer is not None and shown == text(on_target(targets.answer))
     table = scores.table
-    assert table.cell("car", "on_target").tone == "text" and 0 not in table.figures._grey
+    assert (
+        table.cell("car", "on_target").tone == "text"
+        and table.place_of("on_target") not in table.figures._grey
+    )
     desk.drag("roof", (0.3, 0.0, 2.0))
     assert scores.table.cell("car", "on_target").text == shown
     assert table.place_of("on_target") in table.figures._grey
     targets._on_problem("no boxes")
     assert (
-        scores.table.cell("car", "on_target").text == "–" and "no boxes" in table.cell("car", "on_target").tip
+        scores.table.cell("car", "on_target").text == "—" and "no boxes" in table.cell("car", "on_target").tip
     )
 
 

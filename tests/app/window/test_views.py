@@ -14,11 +14,11 @@ from pytestqt.qtbot import QtBot
 from riglens.app.window.dialogs import Dialogs
 from riglens.app.window.features.views import LONGEST_NAME, MOST_SAVED, SAVED_KEY
 from riglens.app.window.settings import Settings
+from riglens.core.figures.heatmaps import NO_WORDS, Marks
 from riglens.core.scene.grid import VoxelGrid
-from riglens.evaluation.heatmap import NO_WORDS, VoxelMarks
+from riglens.core.view.heatmap_data import HeatmapData
 from riglens.widgets.drawing.camera import OrbitCamera, ViewRay
 from riglens.widgets.heatmap.pick import PickedCell
-from riglens.widgets.heatmap.scale import HeatmapData
 from tests.app.window.desk import FullDesk, full_desk
 from tests.app.window_bench import CAMERA, LIDAR, RIG
 
@@ -159,14 +159,14 @@ def test_a_click_means_a_voxel_of_the_kind_that_is_drawn(
     desk: FullDesk, monkeypatch: pytest.MonkeyPatch, mode: str, meant: list[int] | None
 ) -> None:
     wanted = meant if meant is None else [word % 2**64 for word in meant]
-    marks = VoxelMarks(NO_WORDS if meant is None else np.array([1, 2], np.uint64), NO_WORDS, NO_WORDS)
+    marks = Marks(NO_WORDS if meant is None else np.array([1, 2], np.uint64))
     assert click_means(desk, monkeypatch, mode, marks=marks) == wanted
 
 
 def test_a_click_on_redundancy_means_a_voxel_that_so_many_sensors_see(
     desk: FullDesk, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    marks = VoxelMarks(np.array([2, 0], np.uint64), NO_WORDS, NO_WORDS)
+    marks = Marks(np.array([2, 0], np.uint64))
     assert click_means(desk, monkeypatch, "twice", marks=marks) == [2, 0]
 
 
@@ -179,7 +179,7 @@ def test_a_click_on_a_change_means_a_voxel_that_is_gained_or_lost_as_its_cell_is
         0.0, 5.0, scale="change",
     )  # fmt: skip
     before = np.array([0, 6], np.uint64)  # voxel 65 was seen before, too, and 66 no longer is
-    marks = VoxelMarks(np.array([1, 2], np.uint64), NO_WORDS, before)
+    marks = Marks(np.array([1, 2], np.uint64), before)
     found = click_means(desk, monkeypatch, "change", heatmap=cells, marks=marks)
     assert found == meant
 

@@ -12,13 +12,13 @@ from riglens.core.formats.exchange import FORMATS, read_rig
 from riglens.core.formats.osi import WHEEL_RADIUS_M
 from riglens.core.rig.model import Camera, KannalaBrandt, Lidar, LinearAngles, Rig
 from riglens.core.rig.presets import preset
-from riglens.core.sensors.radar import Radar, Scan
+from riglens.core.sensors.radar import Radar, RadarScan
 from riglens.core.sensors.ultrasonic import Ultrasonic
 from tests.core.formats.cases import OSI, assert_same_pose, read_files, sensor_matrix, written
 from tests.core.formats.test_reports import has
 from tests.core.formats.test_round_trips import again
 
-WIDE = Scan(azimuth_deg=(-45.0, 45.0), elevation_deg=(-10.0, 10.0), range_m=70.0)
+WIDE = RadarScan(azimuth_deg=(-45.0, 45.0), elevation_deg=(-10.0, 10.0), range_m=70.0)
 POSE: dict[str, Any] = {"position": (2.0, 0.5, 0.5), "rpy_deg": (1.0, -2.0, 30.0)}
 RADAR = Radar(name="bumper radar", scans=(WIDE,), **POSE)
 SONAR = Ultrasonic(name="bumper sonar", **POSE)

@@ -6,7 +6,8 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.optimise.results import OptimiseResult, Problem
+from riglens.core.optimise.objectives import Problem
+from riglens.core.optimise.results import OptimiseResult
 from riglens.core.optimise.run import optimise
 from riglens.core.optimise.search import Limits
 from riglens.core.optimise.tables import CoverTable, hit_shares, worth_of

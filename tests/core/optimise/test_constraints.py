@@ -10,7 +10,7 @@ from riglens.core.geometry import Pose
 from riglens.core.optimise.mounts import Additions, Move, candidates, conflicts, locked, mounted, rules_for
 from riglens.core.optimise.run import filled
 from riglens.core.optimise.search import Limits, search
-from riglens.core.review.mounts import Beyond, MountLimits, violations
+from riglens.core.review.mounts import MountLimits, Overhang, violations
 from riglens.core.rig.edits import mirrored_pose, with_mirror_image
 from riglens.core.rig.library import default_library
 from riglens.core.rig.model import PARAMETRIC_BODIES, Rig, Vehicle
@@ -53,7 +53,7 @@ def keep_locks_and_rules(seed: int) -> None:
         height_m=(float(rng.uniform(0.3, 0.8)), float(rng.uniform(1.5, 3.0))),
         spacing_m=float(rng.uniform(0.1, 0.6)),
         gap_m=float(rng.uniform(0.08, 0.2)),
-        beyond_m=Beyond(left=0.1, right=0.1, front=float(rng.uniform(0.0, 0.2)), rear=0.05),
+        beyond_m=Overhang(left=0.1, right=0.1, front=float(rng.uniform(0.0, 0.2)), rear=0.05),
         width_m=rig.vehicle.width + 0.2,
     )
     costs = {"generic-16": float(rng.uniform(0.5, 2.0))}

@@ -15,7 +15,7 @@ from riglens.core.optimise.mounts import (
     rules_for,
 )
 from riglens.core.optimise.spots import skin_spots
-from riglens.core.review.mounts import Beyond, KeepOut, MountLimits, is_in_zone, violations
+from riglens.core.review.mounts import KeepOut, MountLimits, Overhang, is_in_zone, violations
 from riglens.core.rig.edits import mirrored_pose
 from riglens.core.rig.library import default_library
 from riglens.core.rig.model import PARAMETRIC_BODIES, Rig, Vehicle
@@ -71,7 +71,7 @@ def test_candidates_break_no_rule(seed: int) -> None:
         height_m=(float(rng.uniform(0.3, 0.8)), float(rng.uniform(1.5, 3.0))),
         spacing_m=float(rng.uniform(0.2, 0.6)),
         gap_m=float(rng.uniform(0.08, 0.15)),
-        beyond_m=Beyond(left=0.1, right=0.1, front=float(rng.uniform(0.0, 0.2)), rear=0.05),
+        beyond_m=Overhang(left=0.1, right=0.1, front=float(rng.uniform(0.0, 0.2)), rear=0.05),
         width_m=car.width + 0.2,
     )
     additions = Additions((MODEL,), 2, mirrored=bool(seed % 2), rules=rules, spots_m=0.45)

@@ -10,8 +10,7 @@ from riglens.core.errors import InputError
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.optimise.guard import Evaluator, with_worst_failure
 from riglens.core.optimise.mounts import Additions
-from riglens.core.optimise.objectives import OBJECTIVES, OF_VOXELS, WORST, sensors_for
-from riglens.core.optimise.results import Problem
+from riglens.core.optimise.objectives import OBJECTIVES, OF_VOXELS, WORST, Problem, sensors_for
 from riglens.core.optimise.tables import UNIT, CoverTable, TableMaker
 from riglens.core.optimise.weights import EVEN, Weights
 from riglens.core.rig.model import Rig
@@ -93,10 +92,10 @@ def test_the_value_of_objects_is_that_of_the_engine_by_weights(
     name: str, seed: int, traffic: Traffic
 ) -> None:
     problem, _, table, rig = tables(name, traffic, seed)
-    objects = TargetEngine(traffic, 1).evaluate(rig, problem.settings, 6).objects
-    quantity = problem.goal.quantity
-    assert quantity is not None
-    values = quantity.of(objects, problem.settings)
+    counted = TargetEngine(traffic, 1).evaluate(rig, problem.settings, 6)
+    objects, figure = counted.objects, problem.goal.figure
+    assert figure is not None
+    values = figure.values(counted)
     known = ~np.isnan(values)
     cls, ring = traffic.cls[objects.box], np.where(traffic.distance_m[objects.box] < 20.0, 3.0, 1.0)
     sums = weights = 0.0

@@ -9,9 +9,10 @@ import pytest
 
 from riglens.core.blind.zones import BlindEngine, BlindSettings
 from riglens.core.errors import Cancelled, InputError
-from riglens.core.optimise.guard import HELD_OUT, Evaluator, Kept, guard, verdict
+from riglens.core.optimise.guard import HELD_OUT, Evaluator, GuardResult, guard, verdict
 from riglens.core.optimise.mounts import Additions, Move, rules_for
-from riglens.core.optimise.results import OptimiseResult, Problem
+from riglens.core.optimise.objectives import Problem
+from riglens.core.optimise.results import OptimiseResult
 from riglens.core.optimise.run import Progress, finished, optimise, skin_gains
 from riglens.core.review.mounts import MountLimits, violations
 from riglens.core.rig.edits import mirrored_pose, with_mirror_image
@@ -259,7 +260,7 @@ def test_a_stagger_that_lives_on_a_fixed_phase_is_not_resolved(traffic: Traffic)
     """Azimuths of four LiDARs interleave only as long as nobody turns them."""
     staggered, aligned = stack((0.0, 0.75, 1.5, 2.25)), stack((0.0,) * 4)
     settings = TargetSettings(phase="0", body="ignored")
-    kept: list[Kept] = []
+    kept: list[GuardResult] = []
     steps = guard(staggered, aligned, Evaluator(traffic), settings, 20, 60)
     in_sample = done(steps, kept.append)
     assert in_sample > 0.0
@@ -279,7 +280,7 @@ def test_a_pose_polished_on_a_sample_is_not_resolved(traffic: Traffic) -> None:
         found = evaluator(tried, settings, (0, 8)).value
         if found > value:
             best, value = tried, found
-    kept: list[Kept] = []
+    kept: list[GuardResult] = []
     in_sample = done(guard(best, start, evaluator, settings, 8, 60), kept.append)
     assert in_sample > 0.0
     assert verdict(kept) == "not resolved"
@@ -307,11 +308,11 @@ def test_an_optimum_of_data_in_front_is_not_resolved_in_data_all_around(traffic:
 
 
 def test_a_gain_that_stays_is_resolved_and_one_that_halves_is_not() -> None:
-    assert verdict([Kept(HELD_OUT, 0.02, 0.005, 0.8)]) == "resolved"
-    assert verdict([Kept(HELD_OUT, 0.02, 0.011, 0.8)]) == "not resolved"
-    assert verdict([Kept(HELD_OUT, 0.02, 0.005, 0.4)]) == "not resolved"
-    assert verdict([Kept(HELD_OUT, 0.0, 0.0, 0.0)]) == "not resolved"
-    assert verdict([Kept(HELD_OUT, 0.009, 0.001, 0.9)]) == "not resolved"  # tells no rigs apart
+    assert verdict([GuardResult(HELD_OUT, 0.02, 0.005, 0.8)]) == "resolved"
+    assert verdict([GuardResult(HELD_OUT, 0.02, 0.011, 0.8)]) == "not resolved"
+    assert verdict([GuardResult(HELD_OUT, 0.02, 0.005, 0.4)]) == "not resolved"
+    assert verdict([GuardResult(HELD_OUT, 0.0, 0.0, 0.0)]) == "not resolved"
+    assert verdict([GuardResult(HELD_OUT, 0.009, 0.001, 0.9)]) == "not resolved"  # tells no rigs apart
     assert verdict([]) == "not checked"
 
 

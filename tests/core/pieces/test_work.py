@@ -13,9 +13,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from riglens.core.errors import InputError
+from riglens.core.pieces.backend import Backend, workers_at
 from riglens.core.pieces.folder import PieceFolder, count_kept, sole_run
 from riglens.core.pieces.processes import worker_processes
-from riglens.core.pieces.where import Where, workers_at
 from riglens.core.pieces.work import OwnProcess, Piece, Workers, results
 
 COUNT = 8
@@ -78,7 +78,7 @@ def test_the_order_in_which_workers_finish_changes_nothing(
 
 
 def test_processes_give_the_same_bytes(tmp_path: Path) -> None:
-    with workers_at(Where(2), COUNT) as workers:
+    with workers_at(Backend(2), COUNT) as workers:
         assert squares(tmp_path / "there", workers) == EXPECTED
     assert squares(tmp_path / "here", OwnProcess()) == EXPECTED
     one, other = (
@@ -211,7 +211,7 @@ def test_a_killed_run_keeps_nobody_out(tmp_path: Path) -> None:
 @pytest.mark.parametrize("workers", [0, -1, 1025])
 def test_a_number_of_workers_is_a_count(workers: int) -> None:
     with pytest.raises(InputError, match=r"^workers must be between 1 and 1024"):
-        Where(workers)
+        Backend(workers)
 
 
 def _threads_and_signals() -> bytes:

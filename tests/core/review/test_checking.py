@@ -35,13 +35,13 @@ from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.sensors.base import HALVES
-from riglens.core.sensors.radar import Radar, Scan
+from riglens.core.sensors.radar import Radar, RadarScan
 from riglens.core.shown_text import visible
 from riglens.core.targets.engine import TargetEngine
-from riglens.core.targets.scores import sectors_of
 from tests.core.builders import random_field, synthetic_pog
 from tests.core.review.scenes import BOX, box_mesh, camera, dense_lidar, random_rig
 from tests.core.review.test_redundancy import grouped, some_traffic, without
+from tests.core.targets.cases import by_sector, parts
 
 HEAD = "riglens_requirements: 1\nblind_voxel_m: 0.5\n"
 SMALL = VoxelGrid(0.5, (20.0, 16.0, 4.0))
@@ -52,7 +52,7 @@ ABSENT = (
     "predicted_detection: [{class: car, at_least: 0}]",
     "blind_areas: [{height_m: 0.3, at_most_m2: 1000000}]",
     "blind_objects: [{profile: adults-around, at_most_unseen: 1000}]",
-    "losses: [{of: voxels, class: car, at_most: 1}, {of: road_users, class: car, failure: pair, at_most: 1}]",
+    "losses: [{of: voxels, class: car, at_most: 1}, {of: objects, class: car, failure: pair, at_most: 1}]",
     "covered: [{of: voxels, class: car, sensors: 1, at_least: 0}]",
     "tolerance: [{profile: assembly, class: car, limit: 0, draws: 8}]",
     "mounts: {gap_m: 0.1}",
@@ -104,7 +104,7 @@ def test_without_enabled_sensors_no_requirement_is_met_however_easy(text: str) -
         ("blind_objects: [{profile: un-r158-detection, failing: group, at_most_unseen: 99}]", "no group"),
         ("blind_areas: [{height_m: 0.3, failing: pair, at_most_m2: 1000000}]", "no pair"),
         ("losses: [{of: voxels, class: car, failure: pair, at_most: 1}]", "no pair"),
-        ("losses: [{of: road_users, class: car, failure: group, at_most: 1}]", "no group"),
+        ("losses: [{of: objects, class: car, failure: group, at_most: 1}]", "no group"),
     ],
 )
 def test_what_a_rig_of_one_lidar_has_not_is_not_applicable_unless_it_may_be_missing(
@@ -139,13 +139,13 @@ def test_no_figure_of_a_rig_with_a_sensor_below_the_ground_meets_a_requirement(
 
 
 def test_any_two_kinds_detect_an_object_together() -> None:
-    far = Scan(azimuth_deg=(-60.0, 60.0), elevation_deg=(-30.0, 30.0), range_m=50.0)
+    far = RadarScan(azimuth_deg=(-60.0, 60.0), elevation_deg=(-30.0, 30.0), range_m=50.0)
     radar = Radar(name="radar", position=(0.0, 0.0, 1.0), scans=(far,))
     asked = subject(Rig(sensors=(dense_lidar(1.9, 64, 360), radar)))
     (verdict,) = Check(asked, required("on_target: [{class: car, figure: both, at_least: 0}]")).verdicts()
     assert asked.traffic is not None
     targets = TargetEngine(asked.traffic, 1).evaluate(asked.rig)
-    assert verdict.finding.value == targets.classes["car"].total.both.value > 0.0
+    assert verdict.finding.value == parts(targets)["car"].total.both.value > 0.0
 
 
 @pytest.mark.parametrize("text", [*ABSENT[:3], *ABSENT[5:8]])
@@ -170,9 +170,9 @@ def test_predicted_detection_is_that_of_the_targets_and_nothing_outside_its_doma
     assert asked.traffic is not None
     scores = TargetEngine(asked.traffic, threads=1).evaluate(asked.rig)
     calibration = scores.calibration if figure == "predicted" else scores.settings.recall
-    table = scores.classes["car"]
-    rings = [row for ring in table.rings[:2] if (row := getattr(ring, figure)) is not None]
-    assert whole.finding.value == pytest.approx(getattr(table.total, figure).value)
+    table = parts(scores)["car"]
+    rings = [ring[figure] for ring in table.rings[:2]]
+    assert whole.finding.value == pytest.approx(table.total[figure].value)
     wanted = sum(ring.objects * ring.value for ring in rings) / sum(ring.objects for ring in rings)
     assert near.finding.value == pytest.approx(wanted)
     assert calibration is not None
@@ -193,7 +193,7 @@ def test_a_ring_without_road_users_is_not_applicable() -> None:
 def test_a_sector_has_the_figure_of_its_objects_and_one_without_them_is_not_applicable() -> None:
     asked = subject(some_rig())
     assert asked.traffic is not None
-    sectors = sectors_of(asked.traffic, TargetEngine(asked.traffic, threads=1).evaluate(asked.rig))["car"]
+    sectors = by_sector(TargetEngine(asked.traffic, threads=1).evaluate(asked.rig))["car"]
     text = ", ".join(f"{{class: car, sector: {sector}, at_least: 0}}" for sector in sectors)
     found = Check(asked, required(f"on_target: [{text}]")).verdicts()
     assert 0 < sum(row.objects > 0 for row in sectors.values()) < len(sectors)
@@ -237,7 +237,7 @@ def test_zones_of_a_material_that_a_mesh_file_lacks_are_not_kept_out_by_default(
 
 def test_a_rig_that_detects_nothing_has_nothing_to_lose() -> None:
     up = camera((0.0, 0.0, 6.0)).replace(rpy_deg=(0.0, -90.0, 0.0))
-    text = "losses: [{of: voxels, class: car, at_most: 1}, {of: road_users, class: car, at_most: 1}]"
+    text = "losses: [{of: voxels, class: car, at_most: 1}, {of: objects, class: car, at_most: 1}]"
     for verdict in verdicts(Rig(sensors=(up,)), text):
         assert (verdict.status, verdict.passes) == ("not applicable", False)
         assert "detects nothing of car" in verdict.lines()[0]
@@ -363,7 +363,7 @@ def test_the_worst_half_costs_no_more_than_the_worst_sensor() -> None:
         " {of: OF, class: car, failure: sensor, at_most: 1}, "
         "{of: OF, class: car, failure: half, name: s1=left, at_most: 1}]"
     )
-    for of in ("voxels", "road_users"):
+    for of in ("voxels", "objects"):
         half, whole, named = (one.finding for one in verdicts(rig, text.replace("OF", of)))
         assert half.value is not None and whole.value is not None and named.value is not None
         assert named.value <= half.value <= whole.value

@@ -8,13 +8,13 @@ from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
 from riglens.core.review import mounts as mounts_module
 from riglens.core.review.mounts import (
-    PAINTED,
+    OWN_ZONE,
     SIDES,
     USUAL_KEEP_OUT,
-    Beyond,
     Box,
     KeepOut,
     MountLimits,
+    Overhang,
     mounts_of,
     violations,
 )
@@ -23,7 +23,7 @@ from riglens.core.rig.model import Camera, Rig, Vehicle
 from riglens.core.rig.yaml.file import dumps, loads, rig_sha256
 from riglens.core.vehicle.body import body_parts
 from riglens.core.vehicle.solid import Solid
-from riglens.core.vehicle.standing import MountStatus, stand
+from riglens.core.vehicle.standing import MountStatus, mount_status
 from tests.core.review.scenes import BOX, camera, dense_lidar
 
 SEDAN = Vehicle()
@@ -50,8 +50,8 @@ def test_distances_over_a_box_are_those_of_a_pencil() -> None:
     side = camera((0.0, 1.3, 1.0), 90.0)
     rig = Rig(vehicle=BOX, sensors=(roof, side, camera((9.0, 0.0, 1.0), 5.0).replace(enabled=False)))
     top, left = mounts_of(rig)
-    assert (top.height_m, top.stand.gap_m) == pytest.approx((1.8, 0.3))
-    assert left.stand.gap_m == pytest.approx(0.3) and left.neighbour == roof.name
+    assert (top.height_m, top.status.gap_m) == pytest.approx((1.8, 0.3))
+    assert left.status.gap_m == pytest.approx(0.3) and left.neighbour == roof.name
     assert left.neighbour_m == pytest.approx(np.hypot(1.3, 0.8))
     half = 0.05 / np.sqrt(3.0)
     assert left.beyond_m["left"] == pytest.approx(0.3 + half) and left.beyond_m["top"] == pytest.approx(
@@ -87,7 +87,7 @@ def test_every_limit_that_is_broken_gives_one_line_that_says_by_how_much() -> No
         height_m=(0.8, 1.5),
         gap_m=0.2,
         spacing_m=1.2,
-        beyond_m=Beyond(left=0.1, front=0.0),
+        beyond_m=Overhang(left=0.1, front=0.0),
         width_m=2.1,
         length_m=4.0,
         total_height_m=1.6,
@@ -162,10 +162,10 @@ def test_what_is_painted_keeps_out_by_the_place_on_the_skin_and_costs_no_hash_wh
     for off_m, painted in ((0.0, True), (0.094, True), (0.106, False)):
         rig = Rig(sensors=(camera(position=(x, y, z)),), vehicle=SEDAN, keep_out=((x, y + off_m, z, 0.1),))
         (mount,) = mounts_of(rig, keep_out=())
-        assert mount.zones == (PAINTED,) * painted
+        assert mount.zones == (OWN_ZONE,) * painted
     rig = Rig(sensors=(camera(position=(x, y, z)),), vehicle=SEDAN, keep_out=(spot,))
     found = [one.text for one in violations(rig, MountLimits(keep_out=()))]
-    assert "is in the keep-out zone painted keep-out zone" in found
+    assert "is in the keep-out zone of the rig" in found
     assert loads(dumps(rig)).rig == rig and f"keep_out: [[{x!r}, {y!r}, {z!r}, 0.1]]" in dumps(rig)
     bare = rig.replace(keep_out=())
     assert "keep_out" not in dumps(bare) and rig_sha256(bare) != rig_sha256(rig)
@@ -192,10 +192,10 @@ def test_what_stood_before_is_not_looked_for_again_and_says_the_same(monkeypatch
 
     def counted(place_m: tuple[float, float, float], solid: Solid) -> MountStatus:
         looked.append(place_m)
-        return stand(place_m, solid)
+        return mount_status(place_m, solid)
 
     wanted = [violations(one, MountLimits(gap_m=0.05)) for one in (rig, moved, longer, off)]
-    monkeypatch.setattr(mounts_module, "stand", counted)
+    monkeypatch.setattr(mounts_module, "mount_status", counted)
     mounts_module._footing.cache_clear()
     counts = []
     for one, lines in zip((rig, moved, longer, off), wanted, strict=True):

@@ -168,8 +168,8 @@ def test_road_users_lost_are_those_that_rigs_without_the_sensors_do_not_detect()
         objects = TargetEngine(traffic).evaluate(of, settings).objects
         return (objects.all_points >= 3) | (objects.height_px >= HEIGHT_PX)
 
-    objects = TargetEngine(traffic).evaluate(rig, settings).objects
-    found = target_coverage(traffic, rig, objects, 3)
+    counted = TargetEngine(traffic).evaluate(rig, settings)
+    objects, found = counted.objects, target_coverage(counted)
     whole = detected(rig)
     for failure in found.failures:
         lost = whole & ~detected(without(rig, failure.members))

@@ -50,7 +50,7 @@ def _of(lidar: Lidar, worlds: Worlds, frame: int, solid: Solid | None) -> Expect
     t = entry[np.arange(len(d)), part] if entry.shape[1] else np.full(len(d), np.inf)
     met = np.isfinite(t)
     box = parts.box[part] if entry.shape[1] else part
-    what = np.where(met, np.where(box < world.looks.users, box, STATIC), GROUND)
+    what = np.where(met, np.where(box < world.reflectivity.users, box, STATIC), GROUND)
     ground = ground_m(world, origin, d)
     t = np.where(
         met, t, np.where((ground >= lidar.range_m[0]) & (ground <= lidar.range_m[1]), ground, np.inf)
@@ -72,7 +72,7 @@ def _of(lidar: Lidar, worlds: Worlds, frame: int, solid: Solid | None) -> Expect
         )
     words = _words(lidar, settings, frame, "losses")
     returns &= (words >> np.uint64(32)) / 2.0**32 >= settings.dropout
-    deep = np.where(met, world.looks.soft[world.boxes.kind[box]], 0.0) if entry.shape[1] else 0.0
+    deep = np.where(met, world.reflectivity.soft[world.boxes.kind[box]], 0.0) if entry.shape[1] else 0.0
     t = t + deep * (words & np.uint64(0xFFFFFFFF)) / 2.0**32
     t = t + settings.noise_m * _bells(_words(lidar, settings, frame, "noise"))
     rays = _in_order(lidar)

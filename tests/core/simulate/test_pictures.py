@@ -48,7 +48,7 @@ def test_every_pixel_against_everything_that_stands_there(seed: int) -> None:
         entry, _ = every_ray.entries(here, origin, d, camera.range_m)
         part = entry.argmin(axis=1)
         t, box = entry.min(axis=1), every_ray.parts_of_world(here).box[part]
-        what = np.where(box < here.looks.users, box, STATIC)
+        what = np.where(box < here.reflectivity.users, box, STATIC)
         ground = every_ray.ground_m(here, origin, d)
         what = np.where(np.isfinite(t), what, np.where(np.isfinite(ground), GROUND, SKY))
         t = np.where(np.isfinite(t), t, ground)

@@ -119,7 +119,7 @@ def test_intensity_tells_nothing_of_the_class() -> None:
     world = tame(random_traffic(rng, 40))
     bright = [Worlds(world, USUAL_SIMULATION).world(frame) for frame in range(40)]
     by_class = [
-        np.concatenate([one.looks.bright[one.boxes.cls == cls] for one in bright]) for cls in (0, 2, 3)
+        np.concatenate([one.reflectivity.bright[one.boxes.cls == cls] for one in bright]) for cls in (0, 2, 3)
     ]
     assert max(part.mean() for part in by_class) - min(part.mean() for part in by_class) < 12.0
     assert all(part.min() >= 10.0 and part.max() <= 130.0 for part in by_class)

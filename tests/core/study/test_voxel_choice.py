@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from riglens.core.errors import InputError
 from riglens.core.metric.scores import ClassScores, KindScore, Scores
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.study.voxel_choice import LADDER_M, Swap, Tried, choose, ladder_grids
+from riglens.core.study.voxel_choice import LADDER_M, EdgeScores, Swap, choose, ladder_grids
 
 FINE, MIDDLE, COARSE = 0.05, 0.1, 0.2
 SHARES = st.floats(0.0, 1.0)
@@ -21,12 +21,12 @@ def scores(camera: float = 0.5, lidar: float = 0.2, seen: float = 0.6, s_ms: flo
     return Scores(dict.fromkeys(CLASSES, one), {})
 
 
-def tried(voxel_m: float, *rigs: Scores) -> Tried:
-    return Tried(voxel_m, tuple((f"rig {i}", one) for i, one in enumerate(rigs)))
+def tried(voxel_m: float, *rigs: Scores) -> EdgeScores:
+    return EdgeScores(voxel_m, tuple((f"rig {i}", one) for i, one in enumerate(rigs)))
 
 
 @st.composite
-def attempts(draw: st.DrawFn) -> list[Tried]:
+def attempts(draw: st.DrawFn) -> list[EdgeScores]:
     """Some edges with the scores of as many rigs each, seen near enough to agree now and then."""
     edges = draw(st.lists(st.sampled_from(LADDER_M), min_size=1, unique=True))
     rigs = draw(st.integers(0, 3))
@@ -35,7 +35,7 @@ def attempts(draw: st.DrawFn) -> list[Tried]:
     return [tried(edge, *draw(st.lists(one, min_size=rigs, max_size=rigs))) for edge in edges]
 
 
-def allowed(one: Tried, finest: Tried, tolerance: float) -> bool:
+def allowed(one: EdgeScores, finest: EdgeScores, tolerance: float) -> bool:
     """The rule said another way: every share near, and the same pairs below each other."""
     for cls in CLASSES:
         here = [rig.classes[cls] for _, rig in one.scores]
@@ -52,7 +52,7 @@ def allowed(one: Tried, finest: Tried, tolerance: float) -> bool:
 
 @given(attempts(), st.floats(0.0, 0.05))
 def test_the_picked_edge_and_all_finer_ones_agree_and_the_next_coarser_does_not(
-    found: list[Tried], tolerance: float
+    found: list[EdgeScores], tolerance: float
 ) -> None:
     by_edge = sorted(found, key=lambda one: one.voxel_m)
     place = [one.voxel_m for one in by_edge].index(choose(found, tolerance).voxel_m)
@@ -61,7 +61,7 @@ def test_the_picked_edge_and_all_finer_ones_agree_and_the_next_coarser_does_not(
 
 
 @given(attempts(), st.floats(0.0, 0.05), st.floats(0.0, 0.05))
-def test_more_tolerance_never_picks_a_finer_edge(found: list[Tried], one: float, other: float) -> None:
+def test_more_tolerance_never_picks_a_finer_edge(found: list[EdgeScores], one: float, other: float) -> None:
     low, high = sorted((one, other))
     assert choose(found, low).voxel_m <= choose(found, high).voxel_m
 
@@ -98,7 +98,7 @@ def test_two_rigs_that_change_places_forbid_an_edge_whatever_the_tolerance() -> 
     ]
     choice = choose(found, 1.0)
     assert choice.voxel_m == FINE
-    assert choice.rungs[1].swap == Swap("rig 0", "rig 1", "car")
+    assert choice.edges[1].swap == Swap("rig 0", "rig 1", "car")
 
 
 def test_nats_that_grow_with_the_number_of_voxels_are_no_difference() -> None:

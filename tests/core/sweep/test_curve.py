@@ -5,14 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from riglens.core.errors import InputError
 from riglens.core.scene.boxes import CLASSES, DataReport
+from riglens.core.sensors.radar import Radar, Scan
 from riglens.core.sweep.curve import POINTS, curve, nearby_values
 from riglens.core.sweep.fields import field_called, with_values
-from riglens.core.sweep.rows import Figures, Sweeper
+from riglens.core.sweep.rows import Sweeper, SweepFigures
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import USUAL
 from riglens.core.targets.traffic import traffic_of
 from tests.core.sweep.test_fields import RIG
+from tests.core.targets.cases import parts
 
 
 @pytest.fixture(scope="module")
@@ -32,13 +35,13 @@ def traffic():
 def test_changes_are_those_of_counts_from_scratch(traffic, name):
     far = with_values(RIG, {field_called(RIG, "front.hfov_deg"): 30.0})
     field = field_called(far, name)
-    sweeper = Sweeper(Figures(None, USUAL, 8), far, None, traffic, threads=1)
+    sweeper = Sweeper(SweepFigures(None, USUAL, 8), far, None, traffic, threads=1)
     values = nearby_values(far, field)[::5]
     points = list(curve(far, field, values, sweeper))
     assert tuple(point.value for point in points) == values
 
     def figures(rig):
-        rows = TargetEngine(traffic, 1).evaluate(rig, USUAL, 8).classes
+        rows = parts(TargetEngine(traffic, 1).evaluate(rig, USUAL, 8))
         return {
             c: rows[c].total.share_25px if name.startswith("front") else rows[c].total.on_target
             for c in CLASSES
@@ -54,6 +57,15 @@ def test_changes_are_those_of_counts_from_scratch(traffic, name):
         noise = {c: points[0].changes[c][1] for c in CLASSES}
         assert noise == {c: 2.0 * row[f"{c}.lidar.on_target_change_se"] for c in CLASSES}
         assert max(noise.values()) > 0.0
+
+
+def test_a_sensor_that_is_off_has_no_curve_where_it_alone_makes_the_figure(traffic):
+    far = Scan(azimuth_deg=(-45.0, 45.0), elevation_deg=(-10.0, 10.0), range_m=70.0)
+    radar = Radar(name="grille", position=(2.2, 0.0, 0.5), scans=(far,), enabled=False)
+    rig = RIG.model_copy(update={"sensors": (*RIG.sensors, radar)})
+    sweeper = Sweeper(SweepFigures(None, USUAL, 8), rig, None, traffic, threads=1)
+    with pytest.raises(InputError, match=r"grille\.z"):
+        list(curve(rig, field_called(rig, "grille.z"), [0.5, 0.6], sweeper))
 
 
 def test_values_lie_around_that_of_the_rig_and_fit():

@@ -6,8 +6,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from riglens.core.figures.objects import ClassParts, ObjectFigure, Part, parts_by_class, parts_by_sector
+from riglens.core.figures.registry import object_figures
 from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt, Lidar, LinearAngles, Rig, Sensor
 from riglens.core.scene.boxes import CLASSES, DataReport, rotations_from_yaw
+from riglens.core.targets.counts import Counted
 from riglens.core.targets.traffic import Traffic, traffic_of
 
 Box = tuple[int, int, tuple[float, float, float], tuple[float, float, float], float]
@@ -96,3 +99,18 @@ def _random_camera(rng: np.random.Generator, place: dict[str, Any]) -> Camera:
         return Camera(**place, **lens, cast=cast, distortion=BrownConrady(k1=-0.3, p1=1e-3))
     fish: dict[str, Any] = {"fx": 420.0, "fy": 420.0, "cx": 800.0, "cy": 450.0}
     return Camera(**place, **fish, cast=cast, distortion=KannalaBrandt(k1=-0.02, k2=0.004))
+
+
+def parts(counted: Counted) -> dict[str, ClassParts]:
+    """Return every figure of objects of a rig, by class and ring."""
+    return parts_by_class(counted, figures_of(counted), with_rings=True)
+
+
+def by_sector(counted: Counted) -> dict[str, dict[str, Part]]:
+    """Return every figure of objects of a rig, by class and sector."""
+    return parts_by_sector(counted, figures_of(counted))
+
+
+def figures_of(counted: Counted) -> tuple[ObjectFigure, ...]:
+    """Return the figures of objects that a rig's kinds of sensors have."""
+    return object_figures(sensor.kind for sensor in counted.rig.sensors if sensor.enabled)

@@ -7,8 +7,8 @@ from riglens.core.geometry import Pose
 from riglens.core.rig.library import default_library, sensor_from_model
 from riglens.core.rig.model import BrownConrady, Camera, Rig
 from riglens.core.targets.beams import beams_of
+from riglens.core.targets.counts import Counted
 from riglens.core.targets.engine import TargetEngine
-from riglens.core.targets.scores import TargetScores
 from riglens.core.targets.settings import EXACT, TargetSettings
 from riglens.core.targets.traffic import Traffic
 from tests.core.builders import rig_of, spinning
@@ -16,7 +16,7 @@ from tests.core.targets import brute_force
 from tests.core.targets.cases import random_rig, random_traffic, traffic
 
 
-def check(held: Traffic, rig: Rig, settings: TargetSettings = EXACT) -> TargetScores:
+def check(held: Traffic, rig: Rig, settings: TargetSettings = EXACT) -> Counted:
     everything = held.within(1e6)
     scores = TargetEngine(everything).evaluate(rig, settings)
     truth, found = brute_force.count(everything, rig, settings), scores.objects

@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 from riglens.core.errors import InputError
+from riglens.core.figures.documents import objects_document
+from riglens.core.figures.predicted import FOUND, PREDICTED, found_text, predicted_mean
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.targets.calibration import (
     MOST,
@@ -21,14 +23,11 @@ from riglens.core.targets.calibration import (
     shipped,
     shipped_recall,
 )
+from riglens.core.targets.counts import Counted
 from riglens.core.targets.engine import TargetEngine
-from riglens.core.targets.quantities import FOUND, PREDICTED
-from riglens.core.targets.scores import TargetScores, sectors_of
 from riglens.core.targets.settings import USUAL
-from riglens.core.targets.tables import table_of
-from riglens.core.targets.targets_json import targets_document
 from tests.core.builders import rig_of, spinning
-from tests.core.targets.cases import traffic
+from tests.core.targets.cases import by_sector, parts, traffic
 
 CAR = Curve(a=0.9, b=12.0, c=0.8, error=0.02, objects=100)
 PEDESTRIAN = Curve(a=0.8, b=3.0, c=2.0, error=0.03, objects=50)
@@ -57,7 +56,7 @@ CALIBRATED = replace(USUAL, calibration=NEAR)
 
 def scores(
     frames: int | None = None,
-) -> TargetScores:
+) -> Counted:
     return TargetEngine(TRAFFIC, threads=1).evaluate(RIG, CALIBRATED, frames)
 
 
@@ -70,30 +69,30 @@ def test_the_prediction_is_the_mean_of_the_curve_over_objects_of_the_region() ->
         chosen = inside & (TRAFFIC.cls[box] == CLASSES.index(name))
         n = objects.all_points[chosen]
         wanted = [curve.a * (1.0 - math.exp(-((one / curve.b) ** curve.c))) for one in n.tolist()]
-        row = found.classes[name].total.predicted
-        assert row is not None and row.objects == chosen.sum() < len(PLACES) * 6
+        row = parts(found)[name].total.predicted
+        assert row.objects == chosen.sum() < len(PLACES) * 6
         assert row.value == pytest.approx(np.mean(wanted)) and row.value > 0.0
         assert (row.se, row.sample_se) == (curve.error, 0.0), "all frames were used"
-        rings = [ring for ring in found.classes[name].rings if ring.predicted is not None]
-        total = sum(ring.predicted.objects * ring.predicted.value for ring in rings)  # type: ignore[union-attr]
+        rings = [ring.predicted for ring in parts(found)[name].rings]
+        total = sum(ring.objects * ring.value for ring in rings)
         assert total / row.objects == pytest.approx(row.value)
-    assert found.classes["bicycle"].total.predicted is None, "the class has no curve"
-    assert found.predicted_mean is None
+    assert not parts(found)["bicycle"].total.predicted.exists, "the class has no curve"
+    assert not predicted_mean(found).exists
 
 
 def test_a_sample_of_frames_adds_its_own_error() -> None:
-    row = scores(frames=3).classes["car"].total.predicted
-    assert row is not None
+    row = parts(scores(frames=3))["car"].total.predicted
+    assert row.state == "sampled"
     assert row.se == pytest.approx(math.hypot(row.sample_se, CAR.error)) and row.sample_se > 0.0
 
 
 def test_tables_hold_the_same_figures() -> None:
     found = scores()
-    cells = table_of(TRAFFIC, found, found, PREDICTED).cells
+    cells = PREDICTED.cells(found, found)
     for number, name in enumerate(CLASSES, 1):
-        row = found.classes[name].total.predicted
-        assert cells.objects[number, 0] == (0 if row is None else row.objects)
-        if row is not None:
+        row = parts(found)[name].total.predicted
+        assert cells.objects[number, 0] == row.objects
+        if row.exists:
             assert (cells.value[number, 0], cells.se[number, 0]) == pytest.approx((row.value, row.se))
 
 
@@ -102,8 +101,10 @@ def test_the_calibration_changes_no_other_figure_and_casts_nothing() -> None:
     one, other = engine.evaluate(RIG, USUAL), engine.evaluate(RIG, CALIBRATED)
     assert one.objects.points is other.objects.points
     for name in CLASSES:
-        mine, theirs = one.classes[name].total, other.classes[name].total
-        assert replace(mine, predicted=None, found=None) == replace(theirs, predicted=None, found=None)
+        mine, theirs = (dict(parts(each)[name].total.figures) for each in (one, other))
+        for key in (PREDICTED.key, FOUND.key):
+            assert mine.pop(key) != theirs.pop(key)
+        assert mine == theirs
 
 
 def test_objects_found_follow_recall_of_the_study_or_of_ones_own_detector() -> None:
@@ -112,32 +113,33 @@ def test_objects_found_follow_recall_of_the_study_or_of_ones_own_detector() -> N
     for scores_, recall, classes in ((usual, bundled, CLASSES), (own, NEAR, ("car", "pedestrian"))):
         objects, box = scores_.objects, scores_.objects.box
         inside = recall.domain.holds(TRAFFIC.centre_m[box])
-        said = scores_.of_100(2.0)
+        said = found_text(scores_, 2.0)
         assert recall.domain.region in said
         for name in classes:
             chosen, curve = inside & (TRAFFIC.cls[box] == CLASSES.index(name)), recall.classes.of(name)
-            row = scores_.classes[name].total.found
-            assert row is not None and curve is not None and row.objects == chosen.sum() < len(PLACES) * 6
+            row = parts(scores_)[name].total.found
+            assert curve is not None and row.objects == chosen.sum() < len(PLACES) * 6
             assert row.value == pytest.approx(curve.at(objects.all_points[chosen].astype(float)).mean())
             assert f"{name} {100 * row.value:.0f} ± {200 * curve.error:.0f}" in said
-            (ring,) = (one.found for one in scores_.classes[name].rings[1:2])
-            assert ring is not None and ring.objects < row.objects
-            sectors = [one.found for one in sectors_of(TRAFFIC, scores_)[name].values() if one.found]
+            (ring,) = (one.found for one in parts(scores_)[name].rings[1:2])
+            assert ring.objects < row.objects
+            sectors = [one.found for one in by_sector(scores_)[name].values()]
             assert sum(one.objects for one in sectors) == row.objects
-        cells = table_of(TRAFFIC, scores_, scores_, FOUND).cells
-        (car,) = (scores_.classes["car"].total.found,)
-        assert car is not None and (cells.value[1, 0], cells.se[1, 0]) == pytest.approx((car.value, car.se))
-    document = targets_document(TRAFFIC, [usual])
+        cells = FOUND.cells(scores_, scores_)
+        (car,) = (parts(scores_)["car"].total.found,)
+        assert (cells.value[1, 0], cells.se[1, 0]) == pytest.approx((car.value, car.se))
+    document = objects_document([usual])
     assert document["recall_calibration"]["predicts"] == "recall"
-    car = usual.classes["car"].total.found
-    assert car is not None and document["rigs"][0]["classes"]["car"]["found"]["value"] == car.value
+    car = parts(usual)["car"].total.found
+    assert document["rigs"][0]["classes"]["car"]["found"]["value"] == car.value
 
 
 def test_a_calibration_of_ap_says_nothing_of_objects_found() -> None:
     found = TargetEngine(TRAFFIC, threads=1).evaluate(RIG, replace(USUAL, calibration=shipped()))
-    assert found.classes["car"].total.predicted is not None and found.classes["car"].total.found is None
-    assert found.of_100(1.0) == found.found_outside == ""
-    assert targets_document(TRAFFIC, [found])["recall_calibration"] is None
+    total = parts(found)["car"].total
+    assert total.predicted.exists and not total.found.exists
+    assert found_text(found, 1.0) == ""
+    assert objects_document([found])["recall_calibration"] is None
 
 
 def test_what_lies_outside_the_domain_is_said() -> None:
@@ -148,7 +150,8 @@ def test_what_lies_outside_the_domain_is_said() -> None:
     assert "rays" in calibration.outside(rig_of(spinning((0.0, 0.0, 1.8), count=2)), "class", True)
     assert "no enabled LiDAR" in NEAR.outside(rig_of(), "class", True)
     none = TargetEngine(TRAFFIC, threads=1).evaluate(rig_of(), USUAL)
-    assert np.isnan(none.objects.predicted).all() and none.classes["car"].total.predicted is None
+    row = parts(none)["car"].total.predicted
+    assert not row.exists and "no enabled" in row.reason
 
 
 def test_numbers_beyond_the_table_are_those_of_its_end() -> None:

@@ -10,18 +10,19 @@ from riglens.core.errors import Cancelled
 from riglens.core.rig.edits import with_enabled, without
 from riglens.core.rig.model import Rig, Vehicle
 from riglens.core.targets import contribution
+from riglens.core.targets.counts import Counted
 from riglens.core.targets.engine import TargetEngine
-from riglens.core.targets.scores import Groups, TargetScores
+from riglens.core.targets.groups import Groups, Parts
 from riglens.core.targets.settings import EXACT, TargetSettings
 from riglens.core.targets.traffic import read_traffic
 from tests.core.builders import Boxes, rig_of, spinning
-from tests.core.targets.cases import random_rig, random_traffic
+from tests.core.targets.cases import parts, random_rig, random_traffic
 
 
-def same(one: TargetScores, other: TargetScores) -> bool:
+def same(one: Counted, other: Counted) -> bool:
     arrays = ("box", "points", "pixels", "points_alone", "pixels_alone", "cells", "height_px")
     equal = all(np.array_equal(getattr(one.objects, name), getattr(other.objects, name)) for name in arrays)
-    return equal and dict(one.classes) == dict(other.classes)
+    return equal and parts(one) == parts(other)
 
 
 @pytest.fixture(scope="module")
@@ -115,7 +116,7 @@ def test_a_sensor_that_is_switched_off_counts_as_one_that_is_not_there(world):
     rig = random_rig(np.random.default_rng(8), 4)
     name = rig.sensors[1].name
     off, gone = (TargetEngine(world).evaluate(made(rig, (name,))) for made in (switched_off, without))
-    assert off.classes == gone.classes != TargetEngine(world).evaluate(rig).classes
+    assert parts(off) == parts(gone) != parts(TargetEngine(world).evaluate(rig))
     assert np.array_equal(off.objects.all_points, gone.objects.all_points)
 
 
@@ -187,8 +188,8 @@ def test_moving_renaming_and_reordering_against_the_draws(world):
 def test_a_sample_tells_how_far_it_may_be_off(world):
     engine = TargetEngine(world)
     rig = rig_of(spinning((0.0, 0.0, 2.0), beams=16, count=180))
-    total = engine.evaluate(rig).classes["car"].total
-    part = engine.evaluate(rig, frames=20).classes["car"].total
+    total = parts(engine.evaluate(rig))["car"].total
+    part = parts(engine.evaluate(rig, frames=20))["car"].total
     assert total.on_target.se == 0.0 < part.on_target.se
     assert abs(part.on_target.value - total.on_target.value) < 4.0 * part.on_target.se
 
@@ -206,11 +207,10 @@ def test_the_standard_error_is_that_of_many_samples():
             many, starts=many.starts[first : first + 41] - boxes.start, frame=many.frame[first : first + 40],
             cls=np.zeros_like(many.cls[boxes]), centre_m=many.centre_m[boxes], within_m=1e6,
         )  # fmt: skip
-        groups = Groups(part, 40)
-        groups.of_frames = many.frames
-        estimate = groups.means_by_class(values[boxes])["car"]
-        means.append(estimate.value)
-        errors.append(estimate.se)
+        groups, none = Groups(part, 40), np.zeros(len(part.cls), np.int64)
+        estimate = Parts(none, 1, none, 1, groups.frame, (40, many.frames)).means(values[boxes])
+        means.append(estimate.value[0, 0])
+        errors.append(estimate.se[0, 0])
     assert np.std(means) == pytest.approx(np.mean(errors), rel=0.1)
 
 

@@ -14,10 +14,10 @@ from riglens.core.rig.library import sensor_from_model
 from riglens.core.rig.model import LinearAngles, Rig, Sensor
 from riglens.core.targets.beams import azimuth_step_rad
 from riglens.core.targets.contribution import Contribution, phases_rad
+from riglens.core.targets.counts import Counted
 from riglens.core.targets.draws import sensor_key
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.range_law import anchors_of, law_of, range_for
-from riglens.core.targets.scores import TargetScores
 from riglens.core.targets.settings import EXACT, TargetSettings
 from riglens.core.targets.shapes import (
     GLASS_PASSES,
@@ -29,14 +29,14 @@ from riglens.core.targets.shapes import (
 )
 from riglens.core.targets.traffic import NO_CLASS
 from tests.core.builders import camera, lidar, rig_of, spinning
-from tests.core.targets.cases import Box, traffic
+from tests.core.targets.cases import Box, parts, traffic
 from tests.core.targets.parts import parts_of
 
 CAR, BICYCLE, PEDESTRIAN = 0, 1, 2
 CUBE_M = (2.0, 2.0, 2.0)
 
 
-def count(boxes: list[Box], *sensors: Sensor, settings: TargetSettings = EXACT) -> TargetScores:
+def count(boxes: list[Box], *sensors: Sensor, settings: TargetSettings = EXACT) -> Counted:
     frames = max((box[0] for box in boxes), default=0) + 1
     return TargetEngine(traffic(boxes, frames)).evaluate(rig_of(*sensors), settings)
 
@@ -136,7 +136,7 @@ def test_a_ray_begins_at_the_minimum_and_ends_at_the_maximum_of_its_range():
 
 def test_far_boxes_hide_but_do_not_count():
     scores = count([box(70.0), box(61.5, size=(4.0, 2.0, 2.0)), box(59.0, 30.0)], ONE_RAY)
-    assert scores.objects.all_points.tolist() == [] and scores.classes["car"].total.objects == 0
+    assert scores.objects.all_points.tolist() == [] and parts(scores)["car"].total.objects == 0
     # its front face is before that of the object that counts
     long = (20.0, 2.0, 2.0)
     assert points([box(61.0, size=long), box(59.0)], ONE_RAY) == [0]
@@ -174,10 +174,10 @@ def test_what_does_not_count_changes_nothing_of_what_does():
 
 def test_on_target_is_the_mean_over_objects():
     scores = count([box(10.0), box(20.0)], ONE_RAY)
-    assert scores.classes["car"].total.on_target.value == pytest.approx(
+    assert parts(scores)["car"].total.on_target.value == pytest.approx(
         (1.0 - math.exp(-1 / 5)) / 2, abs=1e-15
     )
-    assert scores.classes["pedestrian"].total.objects == 0
+    assert parts(scores)["pedestrian"].total.objects == 0
 
 
 def test_native_pixels_height_and_visible_share_of_a_camera():
@@ -194,15 +194,15 @@ def test_rings_and_thresholds():
     scores = count(
         boxes, lidar((0.0, 0.0, 1.0), azimuths=[0.0, 0.5, -0.5]), settings=replace(EXACT, min_points=3)
     )
-    rings = scores.classes["car"].rings
+    rings = parts(scores)["car"].rings
     assert [ring.objects for ring in rings] == [1, 1, 0, 1, 0, 1]
-    assert rings[0].share_n.value == rings[0].share_1.value == 1.0 and rings[0].share_5.value == 0.0
+    assert rings[0].share_min_points.value == rings[0].share_1.value == 1.0 and rings[0].share_5.value == 0.0
 
 
 def test_nothing_at_all():
     scores = TargetEngine(traffic([], 3)).evaluate(Rig())
-    assert scores.frames_used == 3 and scores.classes["car"].total.on_target.value == 0.0
-    assert TargetEngine(traffic([box(10.0)])).evaluate(Rig()).classes["car"].total.neither.value == 1.0
+    assert scores.frames_used == 3 and parts(scores)["car"].total.on_target.value == 0.0
+    assert parts(TargetEngine(traffic([box(10.0)])).evaluate(Rig()))["car"].total.missed.value == 1.0
     full = TargetEngine(traffic([], 3)).evaluate(rig_of(spinning((0.0, 0.0, 2.0)), camera((0.0, 0.0, 2.0))))
     assert full.objects.points.shape == (0, 1)
 

@@ -9,7 +9,7 @@ from riglens.core.rig.model import PARAMETRIC_BODIES, Vehicle
 from riglens.core.rig.presets import preset
 from riglens.core.vehicle.profiles import reference_vehicle
 from riglens.core.vehicle.solid import Solid, solid_of
-from riglens.core.vehicle.standing import problems_in_short, stand
+from riglens.core.vehicle.standing import mount_status, problems_in_short
 from tests.core.vehicle.solids import box, plate
 
 ROOM = Solid.of(box((-2.0, -1.0, 0.3), (2.0, 1.0, 1.5)))
@@ -18,7 +18,7 @@ ROOM = Solid.of(box((-2.0, -1.0, 0.3), (2.0, 1.0, 1.5)))
 def test_the_lidars_of_the_papers_rig_float_three_quarters_of_a_metre_above_a_sedans_roof() -> None:
     rig = preset("W+T")
     solid = solid_of(rig.vehicle)
-    found = {s.name: stand(s.position, solid) for s in rig.sensors}
+    found = {s.name: mount_status(s.position, solid) for s in rig.sensors}
     assert found["LIDAR_1"].drop_m == pytest.approx(0.75, abs=0.02)
     assert found["LIDAR_1"].problem == f"{found['LIDAR_1'].drop_m:.2f} m above the body: needs a bracket"
     assert all(found[s.name].problem for s in rig.enabled_lidars())
@@ -29,21 +29,23 @@ def test_the_cabin_is_inside_and_all_around_the_car_is_not(body: str) -> None:
     vehicle = reference_vehicle(body)
     solid = solid_of(vehicle)
     seat = (2.9 if body == "truck" else 0.1, 0.0, 0.72 * vehicle.height)
-    assert stand(seat, solid).inside and stand(seat, solid).problem.endswith("m inside the body")
+    assert mount_status(seat, solid).inside and mount_status(seat, solid).problem.endswith(
+        "m inside the body"
+    )
     for place in (
         (0.0, 0.0, vehicle.height + 0.05),
         (vehicle.length / 2 + 0.05, 0.0, 0.6),
         (0.0, vehicle.width / 2 + 0.1, 0.6),
         (0.0, 0.0, 0.05),
     ):
-        assert not stand(place, solid).inside, place
+        assert not mount_status(place, solid).inside, place
 
 
 @given(st.floats(-1.9, 1.9), st.floats(-0.9, 0.9), st.floats(0.35, 1.45))
 def test_every_place_in_a_closed_box_is_inside_and_its_gap_is_to_the_nearest_wall(
     x: float, y: float, z: float
 ) -> None:
-    found = stand((x, y, z), ROOM)
+    found = mount_status((x, y, z), ROOM)
     assert found.inside and found.drop_m == pytest.approx(z - 0.3)
     assert found.gap_m == pytest.approx(min(2 - abs(x), 1 - abs(y), z - 0.3, 1.5 - z))
 
@@ -52,9 +54,9 @@ def test_a_box_without_a_floor_or_turned_inside_out_has_an_inside_too() -> None:
     faces = box((-2.0, -1.0, 0.3), (2.0, 1.0, 1.5))
     open_below = faces[~(faces[:, :, 2] == 0.3).all(axis=1)]
     for triangles in (open_below, faces[:, ::-1]):
-        assert stand((0.0, 0.0, 0.9), Solid.of(triangles)).inside
-        assert not stand((0.0, 0.0, 0.1), Solid.of(triangles)).inside
-        assert not stand((0.0, 0.0, 1.6), Solid.of(triangles)).inside
+        assert mount_status((0.0, 0.0, 0.9), Solid.of(triangles)).inside
+        assert not mount_status((0.0, 0.0, 0.1), Solid.of(triangles)).inside
+        assert not mount_status((0.0, 0.0, 1.6), Solid.of(triangles)).inside
 
 
 @pytest.mark.parametrize(
@@ -70,26 +72,26 @@ def test_a_box_without_a_floor_or_turned_inside_out_has_an_inside_too() -> None:
 def test_gap_drop_and_what_is_said(
     place: tuple[float, float, float], gap_m: float, drop_m: float | None, problem: str
 ) -> None:
-    found = stand(place, ROOM)
+    found = mount_status(place, ROOM)
     assert found.gap_m == pytest.approx(gap_m) and found.problem == problem
     assert found.drop_m == (None if drop_m is None else pytest.approx(drop_m))
 
 
 def test_without_a_body_there_is_nothing_to_stand_on_and_nothing_is_said() -> None:
-    found = stand((0.0, 0.0, 1.0), Solid.of(np.zeros((0, 3, 3))))
+    found = mount_status((0.0, 0.0, 1.0), Solid.of(np.zeros((0, 3, 3))))
     assert (found.inside, found.gap_m, found.drop_m, found.problem) == (False, np.inf, None, "")
 
 
 def test_the_gap_to_a_large_triangle_is_not_to_its_corners() -> None:
     wall = Solid.of(plate(2.0, half_m=30.0))
-    assert stand((1.5, 3.0, 4.0), wall).gap_m == pytest.approx(0.5)
-    assert stand((2.2, 31.0, 4.0), wall).gap_m == pytest.approx(np.hypot(0.2, 1.0))
+    assert mount_status((1.5, 3.0, 4.0), wall).gap_m == pytest.approx(0.5)
+    assert mount_status((2.2, 31.0, 4.0), wall).gap_m == pytest.approx(np.hypot(0.2, 1.0))
 
 
 def test_another_car_changes_where_a_sensor_stands() -> None:
     place = (-0.4, 0.2, 1.6)
-    assert not stand(place, solid_of(Vehicle())).inside
-    assert stand(place, solid_of(Vehicle(body="van", height=2.3))).inside
+    assert not mount_status(place, solid_of(Vehicle())).inside
+    assert mount_status(place, solid_of(Vehicle(body="van", height=2.3))).inside
 
 
 def distances_m(place: np.ndarray, triangles: np.ndarray) -> float:
@@ -102,7 +104,7 @@ def distances_m(place: np.ndarray, triangles: np.ndarray) -> float:
 
 @given(st.floats(-4.0, 4.0), st.floats(-3.0, 3.0), st.floats(0.1, 3.0))
 def test_the_nearest_place_is_on_the_surface_and_nothing_is_nearer(x: float, y: float, z: float) -> None:
-    found = stand((x, y, z), ROOM)
+    found = mount_status((x, y, z), ROOM)
     place, nearest = np.array((x, y, z)), np.array(found.nearest_m)
     assert found.gap_m == pytest.approx(np.linalg.norm(nearest - place))
     assert distances_m(nearest, ROOM.triangles_m) <= 0.06  # the net's mesh
@@ -121,14 +123,14 @@ def test_the_nearest_place_is_on_the_surface_and_nothing_is_nearer(x: float, y: 
 def test_a_line_to_where_it_should_stand(
     place: tuple[float, float, float], foot_m: tuple[float, float, float], height: str
 ) -> None:
-    found = stand(place, ROOM)
+    found = mount_status(place, ROOM)
     assert found.foot_m == pytest.approx(foot_m) and found.height == height
 
 
 def test_what_is_wrong_is_said_once_for_all_sensors_of_which_it_is_true() -> None:
     stands = {
-        name: stand((x, 0.0, 1.8 if x < 2 else 1.55), ROOM)
+        name: mount_status((x, 0.0, 1.8 if x < 2 else 1.55), ROOM)
         for name, x in (("a", 0.0), ("b", 1.0), ("c", 2.0))
     }
-    assert problems_in_short({"c": stand((0.0, 0.0, 1.5), ROOM)}) == []
+    assert problems_in_short({"c": mount_status((0.0, 0.0, 1.5), ROOM)}) == []
     assert problems_in_short(stands)[0] == "a, b: 0.30 m above the body: needs a bracket"

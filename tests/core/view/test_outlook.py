@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from riglens.core.figures.heatmaps import Heatmaps
 from riglens.core.geometry import Vec3
 from riglens.core.rig.model import Camera, Lidar, LinearAngles
 from riglens.core.view.display import DisplayGrid
 from riglens.core.view.outlook import Gap, looks_into, widest_gap
-from riglens.evaluation.heatmap import Heatmaps
 from riglens.evaluation.options import SceneOptions
 from riglens.evaluation.scenario import load_scenario
 

@@ -7,10 +7,10 @@ import pytest
 
 from riglens.core.rig.model import Rig, Vehicle
 from riglens.core.scene.grid import VoxelGrid
+from riglens.core.view.heatmap_data import HeatmapData
 from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.drawing.stage import COARSE, render_window
 from riglens.widgets.heatmap.levels import DRAG_CELLS
-from riglens.widgets.heatmap.scale import HeatmapData
 from riglens.widgets.sensors.ray_look import RayLook
 from riglens.widgets.theme import LIGHT
 from riglens.widgets.viewport.drawn_scene import DrawnScene

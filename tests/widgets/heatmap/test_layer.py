@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 import pyvista as pv
 
+from riglens.core.view.heatmap_data import HeatmapData
 from riglens.widgets.drawing.stage import render_window
 from riglens.widgets.heatmap.levels import DRAG_CELLS, coarse_level, full_level
-from riglens.widgets.heatmap.scale import HeatLook, HeatmapData
+from riglens.widgets.heatmap.scale import HeatLook
 from riglens.widgets.viewport.drawn_scene import DrawnScene
 from riglens.widgets.viewport.scene_state import SceneState
 

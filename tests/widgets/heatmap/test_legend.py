@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 import pyvista as pv
 
+from riglens.core.view.heatmap_data import HeatmapData, Scale
 from riglens.widgets.drawing.label import unit_px
 from riglens.widgets.drawing.stage import render_window
-from riglens.widgets.heatmap.scale import HeatmapData, Scale
 from riglens.widgets.theme import DARK, LIGHT, Palette
 from riglens.widgets.viewport.drawn_scene import DrawnScene
 from riglens.widgets.viewport.scene_state import SceneState

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from riglens.core.view.heatmap_data import HeatmapData
 from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.heatmap.pick import cell_at
-from riglens.widgets.heatmap.scale import HeatLook, HeatmapData
+from riglens.widgets.heatmap.scale import HeatLook
 
 SIZE = (400, 300)
 CELL_M = 0.4

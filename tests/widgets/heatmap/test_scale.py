@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from riglens.core.view.heatmap_data import HeatmapData
 from riglens.widgets.heatmap.scale import (
     HeatLook,
-    HeatmapData,
     alphas,
     bar_colours,
     bar_ticks,

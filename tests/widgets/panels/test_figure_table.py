@@ -7,11 +7,11 @@ from PySide6.QtCore import QEvent, QObject
 from PySide6.QtGui import QPaintEvent, QRegion
 from pytestqt.qtbot import QtBot
 
-from riglens.widgets.panels.figures.table import NOTHING, Figure, FigureTable, Heading
+from riglens.widgets.panels.figures.table import NOTHING, Cell, FigureTable, Heading
 
 ROWS = [Heading("Cars", copied=("car",)), Heading("Bicycles", copied=("bicycle",))]
 COLUMNS = [Heading("Seen by any", short="Seen", copied=("seen", "standard error")), Heading("Note")]
-CELLS = [[Figure("33.3 %", (1 / 3, None)), Figure("near")], [NOTHING, Figure("far")]]
+CELLS = [[Cell("33.3 %", (1 / 3, None)), Cell("near")], [NOTHING, Cell("far")]]
 
 
 @pytest.fixture
@@ -45,7 +45,7 @@ def test_new_figures_keep_the_chosen_row_and_take_the_grey_away(table: FigureTab
 
 def test_one_column_is_shown_anew_alone(table: FigureTable) -> None:
     table.figures.grey()
-    table.figures.show_columns(1, [[Figure("a")], [Figure("b")]])
+    table.figures.show_columns({1: [Cell("a"), Cell("b")]})
     assert [table.figures.cell(row, 1).text for row in (0, 1)] == ["a", "b"]
     assert table.figures.cell(0, 0) is CELLS[0][0]
     assert (0 in table.figures._grey, 1 in table.figures._grey) == (True, False)

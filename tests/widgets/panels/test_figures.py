@@ -6,12 +6,15 @@ import math
 
 import pytest
 
+from riglens.core.figures.figure import Estimate, Figure
+from riglens.core.figures.hits import MISSED, ON_TARGET
+from riglens.core.figures.registry import figures, leading_figures
 from riglens.core.rig.model import Camera, Lidar, LinearAngles, Sensor
 from riglens.core.rig.presets import preset
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.targets.quantities import ClassFigures
 from riglens.widgets.panels.compare.model import (
-    FIRST_SCORE,
+    ALL_CLASSES,
+    FIRST_FIGURE,
     CompareModel,
     CompareRow,
     columns_for,
@@ -68,9 +71,18 @@ def test_a_name_is_no_formula_in_the_file(delimiter: str) -> None:
     assert (read["rig"], read["where"]) == ('\'=HYPERLINK("http://x")', "'@home.yaml")
 
 
-@pytest.mark.parametrize(("change", "tone"), [(0.004, "text"), (0.02, "more"), (-0.02, "less")])
+@pytest.mark.parametrize(
+    ("figure", "change", "tone"),
+    [
+        (ON_TARGET, 0.004, "text"),
+        (ON_TARGET, 0.02, "more"),
+        (ON_TARGET, -0.02, "less"),
+        (MISSED, 0.02, "less"),
+        (MISSED, -0.02, "more"),
+    ],
+)
 def test_compared_rigs_are_better_or_worse_only_where_a_change_tells_them_apart(
-    change: float, tone: str
+    figure: Figure, change: float, tone: str
 ) -> None:
     model = CompareModel()
     model.set_rows(
@@ -80,18 +92,22 @@ def test_compared_rigs_are_better_or_worse_only_where_a_change_tells_them_apart(
                 "rig",
                 "file",
                 preset("W+T"),
-                figures=dict.fromkeys(CLASSES, ClassFigures(9, share, 0.5)),
+                counted={figure.key: dict.fromkeys(CLASSES, Estimate(share))},
             )
             for share in (0.5, 0.5 + change)
         ]
     )
     model.set_class("car")
     model.set_shown("first")
-    assert model._figures[1][FIRST_SCORE].tone == tone
+    place = FIRST_FIGURE + [column.figure for column in model.columns].index(figure)
+    assert model.cell(1, place).tone == tone
 
 
 def test_one_class_has_all_its_scores_and_all_classes_the_main_ones() -> None:
-    assert [column.title for column in columns_for("car")] == [
-        "On target", "Detected", "Seen by any", "S-MS", "Cameras S-MIG", "LiDARs S-MIG",
-    ]  # fmt: skip
-    assert len(columns_for("all classes")) == 9
+    one, every = columns_for("car", ("lidar", "radar")), columns_for(ALL_CLASSES)
+    known = [figure for figure in figures(("lidar", "radar")) if figure.per_class]
+    assert [column.figure.key for column in one] == [figure.key for figure in known]
+    assert [(column.class_name, column.figure) for column in every] == [
+        (name, figure) for name in CLASSES for figure in leading_figures()
+    ]
+    assert len({column.title for column in every}) == len(every)

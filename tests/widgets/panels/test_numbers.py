@@ -8,7 +8,10 @@ from hypothesis import strategies as st
 from PySide6.QtGui import QFontMetrics
 from pytestqt.qtbot import QtBot
 
-from riglens.core.metric.scores import ClassScores, KindScore, MetricSettings, Scores
+from riglens.core.figures.coverage import S_MS, SEEN
+from riglens.core.figures.text import change_text, value_text
+from riglens.core.figures.values import compared_scores
+from riglens.core.metric.scores import ClassScores, KindScore, Scores
 from riglens.core.scene.boxes import CLASSES
 from riglens.widgets.panels.fields.quantity import (
     METRES,
@@ -19,9 +22,6 @@ from riglens.widgets.panels.fields.quantity import (
     short_text,
 )
 from riglens.widgets.panels.scores.table import ScoreTable
-from riglens.widgets.panels.scores.text import change_text, column_of, kilo_text, share_text
-
-S_MS, SEEN = column_of("s_ms"), column_of("seen")
 
 
 @given(st.floats(allow_nan=False))
@@ -62,20 +62,20 @@ def test_what_is_no_number_is_refused_with_what_was_found(text: str) -> None:
     ("nat", "text"), [(-670_712.3, "−670.71"), (0.0, "0.00"), (-0.3, "0.00"), (12.0, "0.01")]
 )
 def test_entropies_are_in_thousands_of_nat_with_two_decimals(nat: float, text: str) -> None:
-    assert kilo_text(nat) == text
+    assert value_text(S_MS, nat) == text
 
 
 @pytest.mark.parametrize(
     ("change", "text"),
-    [(0.0, "–"), (14_290.0, "+14.29 ↑"), (-730.0, "−0.73 ↓"), (1e-6, "+<0.01 ↑"), (-1e-6, "−<0.01 ↓")],
+    [(0.0, "—"), (14_290.0, "+14.29 ↑"), (-730.0, "−0.73 ↓"), (1e-6, "+<0.01 ↑"), (-1e-6, "−<0.01 ↓")],
 )
 def test_a_change_carries_its_sign_and_never_looks_like_none(change: float, text: str) -> None:
-    assert change_text(change, S_MS) == text
+    assert change_text(S_MS, change) == text
 
 
 def test_shares_are_in_percent_and_their_changes_in_percentage_points() -> None:
-    assert share_text(0.76361) == "76.36 %"
-    assert change_text(-0.0035, SEEN) == "−0.35 pp"
+    assert value_text(SEEN, 0.76361) == "76.36 %"
+    assert change_text(SEEN, -0.0035) == "−0.35 pp"
 
 
 def test_no_column_of_changes_cuts_its_longest_number(qtbot: QtBot) -> None:
@@ -83,7 +83,8 @@ def test_no_column_of_changes_cuts_its_longest_number(qtbot: QtBot) -> None:
     qtbot.addWidget(table)
     table.set_details(True)
     wide = QFontMetrics(table.font()).horizontalAdvance
-    for place in (1, 3, 5):
+    for figure in table.shown:
+        place = table.place_of(f"{figure.key} change")
         assert table.columnWidth(place) >= wide("+100.00 pp") + 8 and table.columnWidth(place) >= wide(
             "−1000.00 ↓"
         )
@@ -97,9 +98,11 @@ def test_the_direction_of_s_ms_is_an_arrow_and_only_seen_has_a_colour(qtbot: QtB
 
     table = ScoreTable()
     qtbot.addWidget(table)
-    table.show_scores(
-        scores(-500.0, 0.4), scores(-400.0, 0.5), MetricSettings()
-    )  # more reached twice, less seen
+    found = compared_scores(scores(-500.0, 0.4), scores(-400.0, 0.5))  # more reached twice, less seen
+    table.show_figures("voxels", found)
     change, seen = table.cell("car", "s_ms change"), table.cell("car", "seen change")
     assert change.text == "−0.11 ↓" and seen.text == "−10.00 pp"
     assert (change.tone, seen.tone) == ("text", "less")
+    table.set_reading("residual")  # in which it grows with coverage
+    table.show_figures("voxels", found)
+    assert table.cell("car", "s_ms change").tone == "less"

@@ -71,4 +71,4 @@ def test_the_file_of_a_table_is_shown_with_its_hash(qtbot: QtBot, tmp_path: Path
     table = rig.sensors[0].table
     assert note is not None and table is not None and note.isVisibleTo(inspector.form)
     text = note.text().replace("\u200b", "")
-    assert "pattern.csv: 2 rays" in text and table.shots().sha256 in text
+    assert "pattern.csv: 2 rays" in text and table.ray_rows().sha256 in text

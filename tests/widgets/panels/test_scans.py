@@ -6,12 +6,12 @@ from PySide6.QtWidgets import QComboBox
 from pytestqt.qtbot import QtBot
 
 from riglens.core.rig.model import Rig, Sensor
-from riglens.core.sensors.radar import Radar, Scan
+from riglens.core.sensors.radar import Radar, RadarScan
 from riglens.widgets.panels.fields.edits import NumberEdit
 from riglens.widgets.panels.inspector.panel import Inspector
 
-FAR = Scan(azimuth_deg=(-9.0, 9.0), elevation_deg=(-7.0, 7.0), range_m=200.0)
-NEAR = Scan(azimuth_deg=(-60.0, 60.0), elevation_deg=(-10.0, 10.0), range_m=50.0)
+FAR = RadarScan(azimuth_deg=(-9.0, 9.0), elevation_deg=(-7.0, 7.0), range_m=200.0)
+NEAR = RadarScan(azimuth_deg=(-60.0, 60.0), elevation_deg=(-10.0, 10.0), range_m=50.0)
 
 
 @pytest.fixture

@@ -11,30 +11,40 @@ from PySide6.QtCore import QPointF, Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from riglens.core.figures.figure import CLASSES_AND_ALL, Estimate
+from riglens.core.figures.hits import MISSED, ON_TARGET, POINTS, RESOLVED
+from riglens.core.figures.objects import ObjectFigure
+from riglens.core.figures.predicted import FOUND, PREDICTED
+from riglens.core.figures.registry import figures, leading_figures, object_figures
+from riglens.core.figures.text import (
+    change_estimate_text,
+    change_text,
+    error_text,
+    estimate_text,
+    value_text,
+)
+from riglens.core.figures.values import FigureCells
 from riglens.core.geometry import Pose
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.library import sensor_from_model
 from riglens.core.rig.model import Rig
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.targets.calibration import shipped
+from riglens.core.targets.counts import Counted
 from riglens.core.targets.engine import TargetEngine
-from riglens.core.targets.quantities import FOUND, ON_TARGET, PREDICTED, QUANTITIES, RESOLVED, WHO, Quantity
-from riglens.core.targets.scores import TargetScores
 from riglens.core.targets.settings import USUAL
-from riglens.core.targets.tables import predicted_of, table_of, totals_of
-from riglens.widgets.panels.figures.table import Figure
+from riglens.widgets.panels.figures.table import Cell
 from riglens.widgets.panels.scores.panel import ScoresPanel
-from riglens.widgets.panels.scores.table import ScoreTable
-from riglens.widgets.panels.scores.text import SCORE_FIGURES, sampled_change_text, sampled_text
+from riglens.widgets.panels.scores.text import SCORE_FIGURES
 from riglens.widgets.panels.targets.panel import TargetsPanel
-from riglens.widgets.panels.targets.text import change_text, error_text, value_text
-from tests.core.builders import rig_of, spinning
+from tests.core.builders import camera, rig_of, spinning
 from tests.core.targets.cases import random_traffic
 
 TRAFFIC = random_traffic(np.random.default_rng(3), 30)
 NOW, BEFORE = rig_of(spinning((0.0, 0.0, 1.9))), rig_of(spinning((0.0, 0.0, 0.6)))
-MEDIAN, MISSED = next(one for one in QUANTITIES if one.is_median), QUANTITIES[-1]
 
 
-def counts(rig: Rig, frames: int | None = None) -> TargetScores:
+def counts(rig: Rig, frames: int | None = None) -> Counted:
     return TargetEngine(TRAFFIC, threads=1).evaluate(rig, USUAL, frames)
 
 
@@ -48,11 +58,11 @@ def panel(qtbot: QtBot) -> TargetsPanel:
 
 
 def show(panel: TargetsPanel, frames: int | None = None) -> None:
-    panel.show_counts(TRAFFIC, counts(NOW, frames), counts(BEFORE, frames), "low")
+    panel.show_counts(counts(NOW, frames), counts(BEFORE, frames), "low")
 
 
-def item(panel: TargetsPanel, who: str, column: int) -> Figure:
-    return panel.table.figures.cell(WHO.index(who), column)
+def item(panel: TargetsPanel, who: str, column: int) -> Cell:
+    return panel.table.figures.cell(CLASSES_AND_ALL.index(who), column)
 
 
 def test_a_panel_out_of_sight_makes_its_table_when_it_is_looked_at(panel: TargetsPanel) -> None:
@@ -67,6 +77,7 @@ def test_the_region_of_the_prediction_makes_all_figures_of_the_same_objects(pane
     def objects() -> list[int]:
         return [int(line.split("\t")[4]) for line in panel.table.as_text().splitlines()[1:]]
 
+    panel.choose(ON_TARGET.key)
     show(panel)
     everywhere, note = objects(), panel._note.text()
     panel.choose(PREDICTED.key)
@@ -78,7 +89,7 @@ def test_the_region_of_the_prediction_makes_all_figures_of_the_same_objects(pane
     domain = now.calibration.domain
     inside = domain.holds(TRAFFIC.centre_m[now.objects.box])
     on_target = now.objects.on_target[inside & (TRAFFIC.cls[now.objects.box] == 0)].mean()
-    assert item(panel, "car", 0).text == value_text(ON_TARGET, float(on_target))
+    assert item(panel, "car", 0).text == value_text(ON_TARGET, float(on_target), decimals=1)
     assert domain.region in panel._note.text() != note and f"{total:,} objects" in panel._note.text()
     panel._region.setCurrentIndex(0)
     assert objects() == everywhere and panel._note.text() == note
@@ -86,15 +97,17 @@ def test_the_region_of_the_prediction_makes_all_figures_of_the_same_objects(pane
 
 def test_a_cell_shows_value_error_and_change(panel: TargetsPanel) -> None:
     show(panel, 12)
-    cells = table_of(TRAFFIC, counts(NOW, 12), counts(BEFORE, 12), ON_TARGET).cells
+    panel.choose(ON_TARGET.key)
+    cells = ON_TARGET.cells(counts(NOW, 12), counts(BEFORE, 12))
     shown = item(panel, "car", 0)
-    assert shown.text == value_text(ON_TARGET, float(cells.value[1, 0]))
+    assert shown.text == value_text(ON_TARGET, float(cells.value[1, 0]), decimals=1)
     assert shown.error == error_text(ON_TARGET, float(cells.se[1, 0])) != ""
-    assert shown.change == change_text(ON_TARGET, float(cells.change[1, 0])) != ""
+    assert shown.change == change_text(ON_TARGET, float(cells.change[1, 0]), decimals=1) != ""
     assert "low" in shown.tip and "±" in shown.tip
 
 
 def test_all_frames_have_no_error(panel: TargetsPanel) -> None:
+    panel.choose(ON_TARGET.key)
     show(panel)
     assert item(panel, "car", 0).error == ""
     assert "all 30 frames" in panel._note.text()
@@ -103,9 +116,9 @@ def test_all_frames_have_no_error(panel: TargetsPanel) -> None:
 def test_a_ring_without_objects_has_no_error_of_the_calibration(panel: TargetsPanel) -> None:
     panel.choose(FOUND.key)
     show(panel)
-    last = len(table_of(TRAFFIC, counts(NOW), counts(NOW), FOUND).edges_m) - 1
+    last = len(counts(NOW).groups.edges_m) - 1
     assert item(panel, "car", 0).error.startswith("±")
-    assert (item(panel, "car", last).text, item(panel, "car", last).error) == ("–", "")
+    assert (item(panel, "car", last).text, item(panel, "car", last).error) == ("—", "")
 
 
 def test_a_sample_says_so(panel: TargetsPanel) -> None:
@@ -115,24 +128,36 @@ def test_a_sample_says_so(panel: TargetsPanel) -> None:
 
 def test_kinds_that_a_rig_holds_have_a_figure(panel: TargetsPanel) -> None:
     def keys() -> list[object]:
-        return [panel._quantity.itemData(place) for place in range(panel._quantity.count())]
+        return [panel._choice.itemData(place) for place in range(panel._choice.count())]
+
+    def of(*kinds: str) -> list[object]:
+        return [one.key for one in object_figures(kinds)]
 
     show(panel)
-    assert keys() == [one.key for one in QUANTITIES]
+    assert keys() == of()
     radar = rig_of(sensor_from_model("continental-ars408-21", "front", Pose((2.0, 0.0, 0.5))))
-    panel.show_counts(TRAFFIC, counts(radar), counts(NOW), "low")
-    assert keys() == [*(one.key for one in QUANTITIES), "radar"]
+    panel.show_counts(counts(radar), counts(NOW), "low")
+    assert keys() == of("radar") != of()
     panel.choose("radar")
-    share = counts(radar).classes["car"].total.by_kind["radar"].value
-    assert item(panel, "car", 0).text == f"{100.0 * share:.1f} %" != "0.0 %"
+    (share,) = panel.figure.estimates(counts(radar), "all")["car"]
+    assert item(panel, "car", 0).text == value_text(panel.figure, share.value, decimals=1) != "0.0 %"
     show(panel)
-    assert panel.quantity.key == "radar" and item(panel, "car", 0).text == "0.0 %"
+    assert panel.figure.key == "radar" and item(panel, "car", 0).text == "—"
+    assert "radar" in item(panel, "car", 0).tip
+
+
+def test_a_rig_without_the_sensors_of_a_figure_has_none_and_says_why(panel: TargetsPanel) -> None:
+    radar = rig_of(sensor_from_model("continental-ars408-21", "front", Pose((2.0, 0.0, 0.5))))
+    panel.choose(ON_TARGET.key)
+    panel.show_counts(counts(radar), counts(radar), "low")
+    assert item(panel, "car", 0).text == "—" and "LiDAR" in item(panel, "car", 0).tip
+    assert panel.rose.text_at(panel.rose._centre()).endswith(item(panel, "car", 0).tip.split(": ")[1])
 
 
 def test_fewer_missed_is_better(panel: TargetsPanel) -> None:
-    panel.choose("neither")
+    panel.choose(MISSED.key)
     show(panel)
-    for who in WHO:
+    for who in CLASSES_AND_ALL:
         shown = item(panel, who, 0)
         if shown.change.startswith("−"):
             assert shown.change_tone == "more"
@@ -140,18 +165,16 @@ def test_fewer_missed_is_better(panel: TargetsPanel) -> None:
             assert shown.change_tone == "less"
 
 
-@pytest.mark.parametrize("quantity", [ON_TARGET, PREDICTED, FOUND])
-def test_a_change_too_small_to_tell_rigs_apart_is_neither_better_nor_worse(
-    panel: TargetsPanel, quantity: Quantity
-) -> None:
+def test_a_change_too_small_to_tell_rigs_apart_is_neither_better_nor_worse(panel: TargetsPanel) -> None:
+    figure = ON_TARGET
     nearly = rig_of(spinning((0.0, 0.0, 1.8)))
-    panel.choose(quantity.key)
-    panel.show_counts(TRAFFIC, counts(NOW), counts(nearly), "nearly")
-    change = float(table_of(TRAFFIC, counts(NOW), counts(nearly), quantity).cells.change[0, 0])
+    panel.choose(figure.key)
+    panel.show_counts(counts(NOW), counts(nearly), "nearly")
+    change = float(figure.cells(counts(NOW), counts(nearly)).change[0, 0])
     assert 0.0 < abs(change) < RESOLVED
-    assert item(panel, WHO[0], 0).change_tone == "text"
+    assert item(panel, CLASSES_AND_ALL[0], 0).change_tone == "text"
     show(panel)
-    assert item(panel, WHO[0], 0).change_tone in ("more", "less")
+    assert item(panel, CLASSES_AND_ALL[0], 0).change_tone in ("more", "less")
 
 
 def test_numbers_out_of_date_are_grey(panel: TargetsPanel) -> None:
@@ -175,7 +198,7 @@ def test_a_problem_stands_in_the_place_of_the_note(panel: TargetsPanel) -> None:
 
 def test_the_rose_follows_the_row_and_tells_where_a_wedge_is(panel: TargetsPanel) -> None:
     show(panel)
-    panel.table.selectRow(WHO.index("pedestrian"))
+    panel.table.selectRow(CLASSES_AND_ALL.index("pedestrian"))
     rose = panel.rose
     ahead = rose._centre() - QPointF(0.0, rose._radius(3) - 1.0)
     left = rose._centre() - QPointF(rose._radius(3) - 1.0, 0.0)
@@ -192,28 +215,27 @@ def test_the_rose_is_drawn_and_greyed(panel: TargetsPanel) -> None:
 
 
 def test_the_text_for_the_clipboard_holds_every_digit(panel: TargetsPanel) -> None:
+    panel.choose(ON_TARGET.key)
     show(panel)
     lines = [line.split("\t") for line in panel.table.as_text().splitlines()]
-    assert len(lines) == 1 + len(WHO) and len(set(map(len, lines))) == 1
-    cells = table_of(TRAFFIC, counts(NOW), counts(BEFORE), ON_TARGET).cells
+    assert len(lines) == 1 + len(CLASSES_AND_ALL) and len(set(map(len, lines))) == 1
+    cells = ON_TARGET.cells(counts(NOW), counts(BEFORE))
     assert float(lines[1][1]) == cells.value[0, 0] and int(lines[1][4]) == cells.objects[0, 0]
 
 
-@pytest.mark.parametrize(
-    ("quantity", "value", "text"),
-    [(ON_TARGET, 0.5, "50.0 %"), (ON_TARGET, float("nan"), "–"), (MEDIAN, 12.0, "12 pts")],
-)
-def test_values_have_units(quantity, value: float, text: str) -> None:
-    assert value_text(quantity, value) == text
+@pytest.mark.parametrize(("figure", "value", "text"), [(ON_TARGET, 0.5, "50.0 %"), (POINTS, 12.0, "12 pts")])
+def test_values_have_units(figure: ObjectFigure, value: float, text: str) -> None:
+    assert value_text(figure, value, decimals=1) == text
+    assert estimate_text(figure, Estimate.none("nothing")) == "—"
 
 
 @pytest.mark.parametrize(
     ("change", "text"),
-    [(0.0, ""), (0.0001, "+<0.1 pp"), (-0.0001, "−<0.1 pp"), (0.123, "+12.3 pp"), (-0.123, "−12.3 pp")],
+    [(0.0, "—"), (0.0001, "+<0.1 pp"), (-0.0001, "−<0.1 pp"), (0.123, "+12.3 pp"), (-0.123, "−12.3 pp")],
 )
 def test_changes_have_sign_and_unit(change: float, text: str) -> None:
-    assert change_text(MISSED, change) == text
-    assert change_text(MEDIAN, -3.0) == "−3.0 pts"
+    assert change_text(MISSED, change, decimals=1) == text
+    assert change_text(POINTS, -3.0) == "−3.0 pts"
 
 
 @pytest.mark.parametrize(("height_px", "row_px"), [(150, 30), (230, None), (500, 38)])
@@ -229,17 +251,12 @@ def test_all_classes_are_in_sight_where_there_is_room(
     assert height_px < 230 or sum(rows_px) <= table.viewport().height()
 
 
-def test_every_quantity_says_which_way_is_better() -> None:
-    for quantity in QUANTITIES:
-        assert quantity.tip.endswith("Less is better." if quantity.sign < 0 else "More is better.")
-
-
 def test_every_choice_can_be_made(panel: TargetsPanel) -> None:
     show(panel)
-    for number, quantity in enumerate(QUANTITIES):
-        assert panel._quantity.itemData(number, Qt.ItemDataRole.ToolTipRole) == quantity.tip
-        panel.choose(quantity.key)
-        assert panel.quantity is quantity and panel.table.as_text().startswith(f"class\t{quantity.title}")
+    for number, figure in enumerate(object_figures(())):
+        assert panel._choice.itemData(number, Qt.ItemDataRole.ToolTipRole) == figure.tip
+        panel.choose(figure.key)
+        assert panel.figure is figure and panel.table.as_text().startswith(f"class\t{figure.title}")
 
 
 @pytest.fixture
@@ -251,131 +268,159 @@ def scores(qtbot: QtBot) -> ScoresPanel:
     return made
 
 
-def show_counted(scores: ScoresPanel, now: TargetScores, before: TargetScores) -> None:
-    scores.table.show_counted(totals_of(TRAFFIC, now, before, ON_TARGET), predicted_of(TRAFFIC, now, before))
+def cells_of(now: Counted, before: Counted) -> dict[str, FigureCells]:
+    return {one.key: FigureCells.of(one, now, before) for one in object_figures()}
+
+
+def show_counted(scores: ScoresPanel, cells: dict[str, FigureCells]) -> None:
+    scores.show_figures("objects", {key: found.compared() for key, found in cells.items()})
+    scores.show_found(cells[FOUND.key])
 
 
 def test_the_score_table_shows_predicted_detection_with_the_error_of_its_calibration(
     scores: ScoresPanel,
 ) -> None:
-    now, before, row = counts(NOW), counts(BEFORE), WHO.index("car")
-    show_counted(scores, now, before)
-    found = now.classes["car"].total.predicted
-    assert found is not None and found.se == now.calibration.classes.car.error  # type: ignore[union-attr]
-    assert scores.table.cell("car", "predicted").text == sampled_text(found.value, found.se)
-    change = float(totals_of(TRAFFIC, now, before, PREDICTED).change[row])
-    assert scores.table.cell("car", "predicted change").text == sampled_change_text(change, 0.0)
+    now, before = counts(NOW), counts(BEFORE)
+    show_counted(scores, cells_of(now, before))
+    (found,) = PREDICTED.estimates(now, "all")["car"]
+    assert found.se == now.calibration.classes.car.error  # type: ignore[union-attr]
+    assert scores.table.cell("car", "predicted").text == estimate_text(PREDICTED, found)
+    change = float(PREDICTED.cells(now, before).change[CLASSES_AND_ALL.index("car"), 0])
+    assert scores.table.cell("car", "predicted change").text == change_text(PREDICTED, change)
+    assert now.calibration.detector in scores.table.cell("car", "predicted").tip
+    assert now.calibration.domain.region in scores.table.cell("car", "predicted").tip
 
 
 def test_the_domain_stands_with_the_share_found_and_goes_with_it(scores: ScoresPanel) -> None:
     now = counts(NOW)
-    recall, found = now.settings.recall, now.classes["car"].total.found
-    assert recall is not None and found is not None and scores.found == ""
-    cells, predicted = totals_of(TRAFFIC, now, now, ON_TARGET), predicted_of(TRAFFIC, now, now)
-    assert predicted.found is not None
+    recall, (known,) = now.settings.recall, FOUND.estimates(now, "all")["car"]
+    assert recall is not None and scores.found == ""
+    found = FigureCells.of(FOUND, now, now)
     for outside in ("", "too many rays"):
-        inside = replace(predicted, found=replace(predicted.found, outside=outside))
-        scores.show_counted(cells, inside)
-        for said in (scores.found, scores.table.cell("car", "predicted").tip):
-            assert f"car {100 * found.value:.0f} ± {200 * found.se:.0f}" in said
-            assert recall.domain.region in said and outside in said
+        scores.show_found(replace(found, outside=outside))
+        assert f"car {100 * known.value:.0f} ± {200 * known.se:.0f}" in scores.found
+        assert recall.domain.region in scores.found and outside in scores.found
         assert scores._found.isEnabled() == (not outside)
         assert scores._found.isVisible() and scores.minimumSizeHint().width() < 700
         QApplication.processEvents()
         assert scores._found.width() >= min(scores._found.sizeHint().width(), 300)
-    assert predicted.region in scores.table.cell("car", "predicted").tip
-    scores.show_counted(cells, predicted)
+    scores.show_found(found)
     scores.grey_counted()
     assert not scores._found.isEnabled()
-    scores.show_counted(cells, replace(predicted, found=None))
+    alone = replace(now, settings=replace(now.settings, calibration=shipped()))
+    scores.show_found(FigureCells.of(FOUND, alone, alone))
     assert scores.found == "", "a calibration of AP alone"
-    scores.show_counted(cells, predicted)
+    scores.show_found(found)
     scores.forget_counted("no boxes")
     assert scores.found == ""
 
 
-def test_predicted_detection_is_grey_outside_its_domain_and_says_why(scores: ScoresPanel) -> None:
-    table = scores.findChild(ScoreTable)
-    assert table is not None
+def test_a_figure_is_grey_outside_its_domain_and_says_why(scores: ScoresPanel) -> None:
     now = counts(NOW)
-    cells, predicted = totals_of(TRAFFIC, now, now, ON_TARGET), predicted_of(TRAFFIC, now, now)
+    found = FigureCells.of(PREDICTED, now, now)
     for outside, tone in (("", "text"), ("too many rays", "muted")):
-        scores.table.show_counted(cells, replace(predicted, outside=outside))
-        cell = table.cell("car", "predicted")
+        inside = replace(found, outside=outside)
+        scores.show_figures("objects", {PREDICTED.key: inside.compared()})
+        cell = scores.table.cell("car", "predicted")
         assert cell.tone == tone and outside in cell.tip and now.calibration.detector in cell.tip
 
 
+def test_a_rig_of_cameras_has_no_figure_of_lidars_and_says_why(scores: ScoresPanel) -> None:
+    eye = counts(rig_of(camera((0.0, 0.0, 1.6))))
+    show_counted(scores, cells_of(eye, counts(NOW)))
+    for key in (PREDICTED.key, ON_TARGET.key):
+        cell, change = scores.table.cell("car", key), scores.table.cell("car", f"{key} change")
+        assert (cell.text, cell.tone, change.text, change.tone) == ("—", "muted", "—", "muted")
+        assert "LiDAR" in cell.tip and set(cell.values) == {None}
+
+
+def test_a_baseline_without_a_figure_takes_away_the_change_and_not_the_value(scores: ScoresPanel) -> None:
+    now, eye = counts(NOW), counts(rig_of(camera((0.0, 0.0, 1.6))))
+    show_counted(scores, cells_of(now, eye))
+    (found,) = PREDICTED.estimates(now, "all")["car"]
+    assert scores.table.cell("car", "predicted").text == estimate_text(PREDICTED, found)
+    assert scores.table.cell("car", "predicted change").text == "—"
+
+
 @pytest.mark.parametrize(
-    ("change", "tone"), [(0.02, "more"), (-0.02, "less"), (0.009, "text"), (-0.009, "text")]
+    ("change", "se", "tone"),
+    [(0.02, 0.0, "more"), (-0.02, 0.0, "less"), (0.009, 0.0, "text"), (0.02, 0.02, "text")],
 )
+@pytest.mark.parametrize("figure", [PREDICTED, ON_TARGET])
 def test_a_difference_that_is_not_resolved_is_neither_better_nor_worse(
-    scores: ScoresPanel, change: float, tone: str
+    scores: ScoresPanel, figure: ObjectFigure, change: float, se: float, tone: str
 ) -> None:
-    table, now = scores.findChild(ScoreTable), counts(NOW)
-    assert table is not None
-    cells, predicted = totals_of(TRAFFIC, now, now, ON_TARGET), predicted_of(TRAFFIC, now, now)
-    moved = replace(cells, change=np.full(len(WHO), change))
-    same_way = replace(
-        predicted, outside="", cells=replace(predicted.cells, change=np.full(len(WHO), 2.0 * change))
-    )
-    scores.table.show_counted(moved, same_way)
-    for column in ("on_target change", "predicted change"):
-        assert table.cell("car", column).tone == tone
-    assert ("better" in table.cell("car", "on_target").tip) == (tone == "more")
+    found = FigureCells.of(figure, counts(NOW), counts(NOW))
+    shape = found.cells.change.shape
+    cells = replace(found.cells, change=np.full(shape, change), change_se=np.full(shape, se))
+    moved = replace(found, outside="", cells=cells)
+    scores.show_figures("objects", {figure.key: moved.compared()})
+    assert scores.table.cell("car", f"{figure.key} change").tone == tone
+    assert ("better" in scores.table.cell("car", figure.key).tip) == (tone == "more")
 
 
 def test_the_score_table_shows_on_target_with_error_and_change(scores: ScoresPanel) -> None:
-    cells = totals_of(TRAFFIC, counts(NOW, 12), counts(BEFORE, 12), ON_TARGET)
-    show_counted(scores, counts(NOW, 12), counts(BEFORE, 12))
-    row = WHO.index("car")
-    assert scores.table.cell("car", "on_target").text == sampled_text(cells.value[row], cells.se[row])
-    assert (
-        "±" in scores.table.cell("car", "on_target").text
-        and "±" in scores.table.cell("car", "on_target change").text
-    )
-    show_counted(scores, counts(NOW), counts(NOW))
-    assert (
-        "±" not in scores.table.cell("car", "on_target").text
-        and scores.table.cell("car", "on_target change").text == "–"
-    )
+    cells = cells_of(counts(NOW, 12), counts(BEFORE, 12))
+    show_counted(scores, cells)
+    value, change = cells[ON_TARGET.key].at("car")
+    shown, changed = scores.table.cell("car", "on_target"), scores.table.cell("car", "on_target change")
+    assert shown.text == estimate_text(ON_TARGET, value) and "±" in shown.text
+    assert changed.text == change_estimate_text(ON_TARGET, change) and "±" in changed.text
+    show_counted(scores, cells_of(counts(NOW), counts(NOW)))
+    assert "±" not in scores.table.cell("car", "on_target").text
+    assert scores.table.cell("car", "on_target change").text == "—"
 
 
-def test_totals_are_the_first_column_of_the_table() -> None:
-    now, before = counts(NOW, 12), counts(BEFORE, 12)
-    totals = totals_of(TRAFFIC, now, before, ON_TARGET)
-    whole = table_of(TRAFFIC, now, before, ON_TARGET).cells
-    assert np.array_equal(totals.value, whole.value[:, 0]) and np.array_equal(totals.se, whole.se[:, 0])
-    assert np.array_equal(totals.change, whole.change[:, 0])
+def test_an_exact_value_moved_by_a_sample_has_the_errors_of_calibration_and_change() -> None:
+    exact = FigureCells.of(PREDICTED, counts(BEFORE), counts(BEFORE))
+    sample = FigureCells.of(PREDICTED, counts(NOW, 12), counts(BEFORE, 12))
+    value, change = sample.anchored(exact).at("car")
+    known, _ = exact.at("car")
+    assert value.value == known.value + change.value and change == sample.at("car")[1]
+    assert value.se == float(np.hypot(known.se, change.se)) > known.se > 0.0
 
 
-def test_three_figures_are_always_shown_and_s_mig_by_kind_on_request(scores: ScoresPanel) -> None:
-    table = scores.findChild(ScoreTable)
-    assert table is not None
-    assert [table.place_of(key) for key in ("predicted", "on_target", "seen", "s_ms")] == [0, 2, 4, 6]
-    for width, details in ((1400, False), (700, True), (700, False)):
+def test_the_leading_figures_are_always_shown_and_details_of_the_paper_on_request(
+    scores: ScoresPanel,
+) -> None:
+    table = scores.table
+    details = [one.key for one in figures() if one.of_paper and not one.leads]
+    leading = [one.key for one in leading_figures()]
+    assert [one.key for one in table.shown] == leading + details and details
+    for width, has_details in ((1400, False), (700, True), (700, False)):
         scores.resize(width, 230)
-        scores.set_details(details)
-        assert [table.isColumnHidden(place) for place in range(8)] == [False] * 8
-        assert [table.isColumnHidden(place) for place in range(8, 12)] == [not details] * 4
+        scores.set_details(has_details)
+        for key in leading + details:
+            for column in (key, f"{key} change"):
+                hidden = key in details and not has_details
+                assert table.isColumnHidden(table.place_of(column)) == hidden
 
 
 def test_scores_and_road_users_are_greyed_apart(scores: ScoresPanel) -> None:
-    show_counted(scores, counts(NOW), counts(BEFORE))
-    table = scores.findChild(ScoreTable)
-    assert table is not None
+    show_counted(scores, cells_of(counts(NOW), counts(BEFORE)))
+    table = scores.table
     place = table.place_of("on_target")
-    table.grey()
+    table.grey("voxels")
     assert place not in table.figures._grey
-    scores.table.grey_counted()
+    scores.grey_counted()
     assert place in table.figures._grey
 
 
 def test_without_road_users_there_is_no_number_and_nothing_to_copy(scores: ScoresPanel) -> None:
-    show_counted(scores, counts(NOW), counts(BEFORE))
-    assert scores.table.as_text().splitlines()[1].split("\t")[1:4] != [""] * 3
-    scores.table.forget_counted("no boxes")
-    assert scores.table.cell("car", "on_target").text == "–"
-    assert scores.table.as_text().splitlines()[1].split("\t")[1:4] == [""] * 3
+    show_counted(scores, cells_of(counts(NOW), counts(BEFORE)))
+    columns = [
+        column
+        for figure in scores.table.shown
+        if figure.needs == "objects"
+        for column in (figure.key, f"{figure.key} change")
+    ]
+    copied = scores.table.as_text()
+    assert not any(None in scores.table.cell(name, one).values for name in CLASSES for one in columns)
+    scores.forget_counted("no boxes")
+    assert scores.table.as_text() != copied
+    for name in CLASSES:
+        for cell in (scores.table.cell(name, one) for one in columns):
+            assert cell.text == "—" and set(cell.values) <= {None} and "no boxes" in cell.tip
 
 
 @pytest.mark.parametrize("page", ["README.md", "docs/metric.md"])

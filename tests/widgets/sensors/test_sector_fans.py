@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from riglens.core.sensors.radar import Radar, Scan
+from riglens.core.sensors.radar import Radar, RadarScan
 from riglens.core.sensors.ultrasonic import Ultrasonic
 from riglens.widgets.sensors.fills import fill_mesh
 from riglens.widgets.sensors.ray_look import Strokes
@@ -13,8 +13,8 @@ from riglens.widgets.sensors.rays import fan_of, fan_rows
 from tests.core.builders import grid_of
 
 GRID = grid_of(80, 80, 10, 1.0)
-FAR = Scan(azimuth_deg=(-9.0, 9.0), elevation_deg=(-6.0, 6.0), range_m=200.0)
-NEAR = Scan(azimuth_deg=(-60.0, 60.0), elevation_deg=(-10.0, 10.0), range_m=20.0)
+FAR = RadarScan(azimuth_deg=(-9.0, 9.0), elevation_deg=(-6.0, 6.0), range_m=200.0)
+NEAR = RadarScan(azimuth_deg=(-60.0, 60.0), elevation_deg=(-10.0, 10.0), range_m=20.0)
 RADAR = Radar(name="r", position=(0.5, 0.5, 1.0), scans=(FAR, NEAR))
 
 

@@ -13,9 +13,9 @@ import pyvista as pv
 from riglens.core.rig.model import Lidar, LinearAngles, Rig, Vehicle
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.vehicle.placing import PlacingRules
-from riglens.widgets.car.keep_out import KeepOut, Zone
+from riglens.core.view.heatmap_data import HeatmapData
 from riglens.widgets.drawing.camera import OrbitCamera
-from riglens.widgets.heatmap.scale import HeatLook, HeatmapData
+from riglens.widgets.heatmap.scale import HeatLook
 from riglens.widgets.sensors.ray_look import RayLook
 from riglens.widgets.theme import palette
 from riglens.widgets.traffic.frame import ShownFrame
@@ -43,7 +43,6 @@ LAYERS = {
     "_rig": ("show_bodies", "show_fans", "show_ghosts"),
     "_heatmap": ("set_data", "set_look"),
     "_words": ("show_legend", "show_caption", "show_ground_key"),
-    "_keep_out": ("show",),
     "_skin_gain": ("show",),
     "_masts": ("show",),
     "_stubs": ("show",),
@@ -108,9 +107,8 @@ CHANGES: list[tuple[dict[str, Any], set[str]]] = [
     ({"show_ground": False}, {"ground.set_shown"}),
     ({"show_selection": False}, {"masts.show", "rig.show_bodies", "rig.show_fans of the selected sensor"}),
     ({"fixed": frozenset({"roof"})}, set()),
-    ({"vehicle": Vehicle(length=5.0)}, {"body.set_vehicle", "keep_out.show", "skin_gain.show"}),
+    ({"vehicle": Vehicle(length=5.0)}, {"body.set_vehicle", "skin_gain.show"}),
     ({"solid_body": Vehicle()}, {"rig.show_fans"}),
-    ({"keep_out": KeepOut((Zone("glass"),))}, {"keep_out.show"}),
     (
         {"grid": VoxelGrid(0.5, (10.0, 10.0, 4.0))},
         {"ground.set_grid", "ground.set_shown", "roi.set_grid", "rig.show_fans"},

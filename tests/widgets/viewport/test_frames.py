@@ -21,8 +21,9 @@ from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 
 from riglens.core.geometry import Pose
 from riglens.core.rig.model import Vehicle
+from riglens.core.view.heatmap_data import HeatmapData
 from riglens.widgets.gizmo.drag import Handle
-from riglens.widgets.heatmap.scale import HeatLook, HeatmapData
+from riglens.widgets.heatmap.scale import HeatLook
 from riglens.widgets.viewport.redraw import REST_MS
 from riglens.widgets.viewport.viewport import Viewport
 from tests.waiting import TIMEOUT_MS, TIMEOUT_S, wait_for

@@ -9,7 +9,8 @@ import pyvista as pv
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from riglens.core.rig.model import Vehicle
-from riglens.widgets.heatmap.scale import HeatmapData, colours
+from riglens.core.view.heatmap_data import HeatmapData
+from riglens.widgets.heatmap.scale import colours
 from riglens.widgets.viewport.gain_layer import REACH_M, GainLayer
 from riglens.widgets.viewport.scene_state import SceneState
 

@@ -9,8 +9,9 @@ import pyvista as pv
 
 from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig
 from riglens.core.sensors.registry import kind_names
+from riglens.core.view.heatmap_data import HeatmapData
 from riglens.widgets.drawing.camera import OrbitCamera
-from riglens.widgets.heatmap.scale import HeatLook, HeatmapData
+from riglens.widgets.heatmap.scale import HeatLook
 from riglens.widgets.sensors.appearance import ray_colour, selected_ray_colour
 from riglens.widgets.sensors.ray_look import RayLook
 from riglens.widgets.theme import DARK, LIGHT, rgb

@@ -12,7 +12,7 @@ from riglens.core.scene.boxes import CLASSES
 from riglens.widgets.panels.checks.sensor_table import SensorTable
 from riglens.widgets.panels.controls.building import button, filled, plain_label
 from riglens.widgets.panels.controls.style import MARGIN, as_panel
-from riglens.widgets.panels.figures.table import Figure
+from riglens.widgets.panels.figures.table import Cell
 
 if TYPE_CHECKING:  # made by the engine's thread, which loads the compiler
     from riglens.core.engine.audit import SensorAudit
@@ -72,10 +72,10 @@ class AuditPanel(QWidget):
         return self._note.text()
 
 
-def _cells(found: SensorAudit) -> list[Figure]:
+def _cells(found: SensorAudit) -> list[Cell]:
     lost = ", ".join(f"{name} {100.0 * found.lost_share[name]:.2f}" for name in CLASSES)
     tip = f"Loss by self-occlusion, in pp of H(Ω): {lost}"
     shown = percents(found.shares)
     return [
-        Figure(text, tip=tip) for text in (f"{found.rays:,}", *(f"{shown[name]:.1f} %" for name in OUTCOMES))
+        Cell(text, tip=tip) for text in (f"{found.rays:,}", *(f"{shown[name]:.1f} %" for name in OUTCOMES))
     ]

@@ -6,12 +6,13 @@ from collections.abc import Mapping
 
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
+from riglens.core.figures.text import change_unit
+from riglens.core.shown_values import NONE
 from riglens.widgets.panels.checks.sensor_table import SensorTable
 from riglens.widgets.panels.controls.building import filled, plain_label
 from riglens.widgets.panels.controls.style import MARGIN, as_panel
-from riglens.widgets.panels.figures.table import Figure
-from riglens.widgets.panels.scores.text import NONE
-from riglens.widgets.panels.sensors.losses import HEADINGS, MEASURES, Loss, Measure
+from riglens.widgets.panels.figures.table import Cell
+from riglens.widgets.panels.sensors.losses import Loss, Losses, meaning, measures
 
 NOTE = "Change of the figures without the sensor, all classes together. Pairs and groups are in the report."
 
@@ -22,20 +23,20 @@ class RedundancyPanel(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         as_panel(self)
-        unit = {measure: HEADINGS[measure].removesuffix(" ▾").removeprefix("Loss, ") for measure in MEASURES}
-        columns = {f"{title}, {unit[key]}": tip for key, (title, tip) in MEASURES.items()}
+        self._keys = tuple(measures())
+        columns = {f"{one.title}, {change_unit(one)}": meaning(one) for one in measures().values()}
         self.table = SensorTable("Loss by sensor", columns)
         note = plain_label(NOTE, "hint")
         note.setContentsMargins(MARGIN, 4, MARGIN, 4)
         filled(QVBoxLayout(self), note, self.table, spacing=0)
 
-    def show_losses(self, losses: Mapping[str, Mapping[Measure, Loss]]) -> None:
+    def show_losses(self, losses: Mapping[str, Losses]) -> None:
         """Show losses by sensor and measure; a measure that is not known yet has none."""
         nothing = Loss(None, NONE, "")
         self.table.show_rows(
             {
                 name: [
-                    Figure(loss.text, tip=loss.tip) for loss in (known.get(key, nothing) for key in MEASURES)
+                    Cell(loss.text, tip=loss.tip) for loss in (known.get(key, nothing) for key in self._keys)
                 ]
                 for name, known in losses.items()
             }

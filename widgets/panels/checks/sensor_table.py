@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from PySide6.QtCore import Signal
 
 from riglens.core.shown_text import visible
-from riglens.widgets.panels.figures.table import Figure, FigureTable, Heading
+from riglens.widgets.panels.figures.table import Cell, FigureTable, Heading
 
 _LEAST_PX, _ROW_PX, _CELL_PX = 110, 24, 60
 
@@ -32,7 +32,7 @@ class SensorTable(FigureTable):
         self.clicked.connect(lambda at: self.chosen.emit(self._names[at.row()]))
         self.verticalHeader().sectionClicked.connect(lambda row: self.chosen.emit(self._names[row]))
 
-    def show_rows(self, rows: Mapping[str, Sequence[Figure]], is_current: bool = True) -> None:
+    def show_rows(self, rows: Mapping[str, Sequence[Cell]], is_current: bool = True) -> None:
         """Show the figures of every sensor, greyed unless current."""
         anew, self._names = list(rows) != self._names, list(rows)
         headings = [Heading(visible(name), copied=(name,)) for name in rows]

@@ -17,20 +17,20 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from riglens.core.figures.registry import tolerated_figures
+from riglens.core.figures.text import MINUS
 from riglens.core.shown_text import visible
 from riglens.widgets.panels.controls.building import button, filled, plain_label
 from riglens.widgets.panels.controls.style import MARGIN, as_panel, numbers_font, plain_tip, tones
 from riglens.widgets.panels.fields.form import ChoiceBox
-from riglens.widgets.panels.scores.text import MINUS
 
-FIGURES = {"seen": "Seen by any", "on_target": "On target"}
 BAR_PX, ROW_PX = 130, 18
 LEGEND = "5 to 95 % of the draws, thin: noise floor, | median, ● worst"
 WAITING = "measured between edits"
 REQUIRE = "Requirements…"
 REQUIRE_TIP = (
-    "Requirements file, as for riglens check: shows how many draws fall below its limits (tolerance, else seen "
-    "and on_target), the upper 95 % bound of that chance, and the verdict. Less is better."
+    "Requirements file, as for riglens check: shows how many draws are worse than its limits (tolerance, else the "
+    "limit of the figure itself), the upper 95 % bound of that chance, and the verdict. Less is better."
 )
 
 
@@ -144,7 +144,7 @@ class TolerancePanel(QWidget):
     """Request for the tolerances of this profile; empty for none."""
 
     figure_chosen = Signal(str)
-    """Another key of FIGURES is to be shown."""
+    """The figure of another key is to be shown."""
     ghost_wanted = Signal(bool)
     """Request to show the worst draw in the view, or to hide it."""
     requirements_wanted = Signal()
@@ -163,13 +163,14 @@ class TolerancePanel(QWidget):
         self._profile.activated.connect(lambda _: self.profile_chosen.emit(self._profile.currentData()))
         self._head, self.ghost_note = plain_label(style="hint"), plain_label(style="hint")
         self._figure = ChoiceBox()
-        for key, title in FIGURES.items():
-            self._figure.addItem(title, key)
+        # voxels first: they are known before objects are counted
+        for figure in sorted(tolerated_figures(), key=lambda one: one.needs != "voxels"):
+            self._figure.addItem(figure.title, figure.key)
         self._figure.activated.connect(lambda _: self.figure_chosen.emit(self.figure))
         self.worst = QCheckBox("Show worst draw")
         self.worst.toggled.connect(self.ghost_wanted)
         self.required = button(QPushButton(REQUIRE), self.requirements_wanted, f"<p>{REQUIRE_TIP}</p>")
-        self._rows = {name: (RangeBar(), QLabel("–")) for name in classes}
+        self._rows = {name: (RangeBar(), QLabel("—")) for name in classes}
         self._below = {name: QLabel() for name in classes}
         rows = QGridLayout()
         rows.setHorizontalSpacing(8)
@@ -196,7 +197,7 @@ class TolerancePanel(QWidget):
 
     @property
     def figure(self) -> str:
-        """Return the one of FIGURES that is shown."""
+        """Return the key of the figure that is shown."""
         return str(self._figure.currentData())
 
     def choose(self, figure: str) -> None:
@@ -217,7 +218,7 @@ class TolerancePanel(QWidget):
         for name, (bar, text) in self._rows.items():
             found = ranges.get(name)
             bar.show_range(found, scale)
-            text.setText("–" if found is None else range_text(found))
+            text.setText("—" if found is None else range_text(found))
             text.setEnabled(True)
             self._show_below(self._below[name], None if found is None else found.below)
 

@@ -1,8 +1,7 @@
-"""Rigs as bars: one small chart per score with its own scale, with the same figures as the table."""
+"""Rigs as bars: one small chart per figure with its own scale, with the same figures as the table."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -10,7 +9,7 @@ from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFontMetricsF, QMouseEvent, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QWidget
 
-from riglens.widgets.panels.compare.model import CompareModel, CompareRow, ScoreColumn
+from riglens.widgets.panels.compare.model import CompareModel, CompareRow, FigureColumn
 from riglens.widgets.panels.controls.style import plain_tip, small_font, tones
 from riglens.widgets.theme import RIG_COLOURS, Tones
 
@@ -22,17 +21,17 @@ class Bar:
     """One figure as drawn: `area` reaches from zero to the figure, `column` is the chart's full height at the bar."""
 
     row: CompareRow
-    score: ScoreColumn
-    figure: float
+    shown: FigureColumn
+    number: float
     area: QRectF
     column: QRectF
 
 
 @dataclass(frozen=True)
 class Chart:
-    """The bars of one score; `zero_px` is the height of zero."""
+    """The bars of one figure; `zero_px` is the height of zero."""
 
-    score: ScoreColumn
+    shown: FigureColumn
     area: QRectF
     zero_px: float
     bars: tuple[Bar, ...]
@@ -48,25 +47,25 @@ def side_by_side(area: QRectF, count: int, gap_px: float) -> list[QRectF]:
 
 
 def chart_of(
-    score: ScoreColumn, rows: Sequence[tuple[CompareRow, float]], area: QRectF, words_px: float
+    shown: FigureColumn, rows: Sequence[tuple[CompareRow, float | None]], area: QRectF, words_px: float
 ) -> Chart:
-    """Return bars for rigs with their figures, none for NaN; `words_px` stay free beyond the longest ones."""
-    known = [figure for _, figure in rows if not math.isnan(figure)]
+    """Return bars for rigs with their figures, none for those without; `words_px` stay free beyond the longest ones."""
+    known = [number for _, number in rows if number is not None]
     low, high = min([0.0, *known]), max([0.0, *known])
     inner = area.adjusted(0.0, words_px * (high > 0.0), 0.0, -words_px * (low < 0.0))
     scale = inner.height() / (high - low) if high > low else 0.0
     zero_px = inner.top() + high * scale
     step = min(area.width() / max(1, len(rows)), WIDEST_PX)
     bars = []
-    for place, (row, figure) in enumerate(rows):
-        if not math.isnan(figure):
+    for place, (row, number) in enumerate(rows):
+        if number is not None:
             column = QRectF(area.left() + place * step, area.top(), step, area.height())
-            end = zero_px - figure * scale
+            end = zero_px - number * scale
             wide = FILLED * step
             left = column.center().x() - wide / 2
             bar = QRectF(left, min(zero_px, end), wide, max(1.0, abs(zero_px - end)))
-            bars.append(Bar(row, score, figure, bar, column))
-    return Chart(score, area, zero_px, tuple(bars))
+            bars.append(Bar(row, shown, number, bar, column))
+    return Chart(shown, area, zero_px, tuple(bars))
 
 
 _EDGE_PX, _GAP_PX, _LINE_PX, _SWATCH_PX = 10.0, 20.0, 16.0, 9.0
@@ -103,11 +102,11 @@ class CompareChart(QWidget):
         top = self._legend_lines() * _LINE_PX + _LINE_PX + 8.0
         room = QRectF(self.rect()).adjusted(_EDGE_PX, top, -_EDGE_PX, -_EDGE_PX)
         found = []
-        for score, area in zip(columns, side_by_side(room, len(columns), _GAP_PX), strict=True):
-            found_figures = ((row, self._model.figure(row, score)) for row in self._rows)
-            figures = [(row, math.nan if figure is None else figure) for row, figure in found_figures]
+        for shown, area in zip(columns, side_by_side(room, len(columns), _GAP_PX), strict=True):
+            known = ((row, self._model.estimate(row, shown)) for row in self._rows)
+            numbers = [(row, one.value if one and one.exists else None) for row, one in known]
             words = _LINE_PX if self._has_room_for_numbers(area) else 0.0
-            found.append(chart_of(score, figures, area, words))
+            found.append(chart_of(shown, numbers, area, words))
         return found
 
     def _has_room_for_numbers(self, area: QRectF) -> bool:
@@ -179,15 +178,15 @@ class CompareChart(QWidget):
             painter.drawText(area, Qt.AlignmentFlag.AlignCenter, _WAITING if self._rows else "")
 
     def _draw_title(self, painter: QPainter, chart: Chart, look: Tones) -> None:
-        """Draw the score on the left and the figure of the longest bar, which gives the scale, on the right."""
+        """Draw the title on the left and the number of the longest bar, which gives the scale, on the right."""
         area = chart.area
         line = QRectF(area.left(), area.top() - _LINE_PX - 2.0, area.width(), _LINE_PX)
-        longest = max(chart.bars, key=lambda bar: abs(bar.figure), default=None)
-        scale = self._model.figure_text(chart.score, longest.figure) if longest is not None else ""
+        longest = max(chart.bars, key=lambda bar: abs(bar.number), default=None)
+        scale = self._model.number_text(chart.shown, longest.number) if longest is not None else ""
         painter.setPen(QColor(look.muted))
         painter.drawText(line, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, scale)
         line.setWidth(area.width() - painter.fontMetrics().horizontalAdvance(scale) - 6.0)
-        title = chart.score.title if line.width() > 100.0 else chart.score.short
+        title = chart.shown.title if line.width() > 100.0 else chart.shown.short
         title = painter.fontMetrics().elidedText(title, Qt.TextElideMode.ElideRight, int(line.width()))
         painter.setPen(QColor(look.text))
         painter.drawText(line, Qt.AlignmentFlag.AlignVCenter, title)
@@ -195,9 +194,9 @@ class CompareChart(QWidget):
     def _draw_number(self, painter: QPainter, bar: Bar) -> None:
         """Draw the figure at the end of its bar."""
         box = QRectF(bar.column.left(), bar.area.bottom(), bar.column.width(), _LINE_PX)
-        if bar.figure >= 0.0:
+        if bar.number >= 0.0:
             box.moveBottom(bar.area.top())
-        painter.drawText(box, Qt.AlignmentFlag.AlignCenter, self._model.figure_text(bar.score, bar.figure))
+        painter.drawText(box, Qt.AlignmentFlag.AlignCenter, self._model.number_text(bar.shown, bar.number))
 
     # ------------------------------------------------------------------ mouse
     def bar_at(self, at: QPointF) -> Bar | None:
@@ -216,7 +215,7 @@ class CompareChart(QWidget):
         bar, key = self.bar_at(at), self._key_at(at)
         tip = ""
         if bar is not None:
-            tip = f"{bar.row.title}: {bar.score.title} {self._model.figure_text(bar.score, bar.figure)}"
+            tip = f"{bar.row.title}: {bar.shown.title} {self._model.number_text(bar.shown, bar.number)}"
         self.setToolTip(plain_tip(tip) if tip else "")
         if key != self._hover:
             self._hover = key

@@ -23,7 +23,7 @@ from riglens.core.scene.boxes import CLASSES
 from riglens.widgets.panels.compare.chart import CompareChart
 from riglens.widgets.panels.compare.model import (
     ALL_CLASSES,
-    FIRST_SCORE,
+    FIRST_FIGURE,
     RIG,
     SENSORS,
     CompareModel,
@@ -89,7 +89,7 @@ class CompareTable(FigureTable):
         """Give the scores the room that the names leave."""
         header = self.horizontalHeader()
         for column in range(self._rigs.columnCount()):
-            is_score = column >= FIRST_SCORE
+            is_score = column >= FIRST_FIGURE
             mode = QHeaderView.ResizeMode.Stretch if is_score else QHeaderView.ResizeMode.Interactive
             header.setSectionResizeMode(column, mode)
         header.resizeSection(RIG, self._name_px)

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QHeaderView
 from riglens.core.sensors.registry import AnyKind, kinds
 from riglens.core.targets.detection_range import DetectionRange, RangeRow, Reach
 from riglens.core.targets.detection_range_text import HEADINGS, bearing_text, reach_text, stop_text
-from riglens.widgets.panels.figures.table import Figure, FigureTable, Heading
+from riglens.widgets.panels.figures.table import Cell, FigureTable, Heading
 from riglens.widgets.theme import CLASS_COLOURS
 
 STOPS = "Stops from"
@@ -102,13 +102,13 @@ class RangeTable(FigureTable):
         self.horizontalHeader().setSectionResizeMode(len(bearings), to_fit)
 
 
-def _figures_of(ranges: DetectionRange, line: Line) -> list[Figure]:
+def _figures_of(ranges: DetectionRange, line: Line) -> list[Cell]:
     rows = rows_of(ranges, line)
     texts = [reach_text(line.reach(row), ranges.plan.to_m) for row in rows]
     stops = [ranges.stops_from_kmh(row, line.reach(row)) for row in rows]
     ahead = next((stop for stop in stops if stop is not None), None)
     found = [
-        Figure(text, tip=tip_of(ranges, line, row), tone="muted" if text == "never" else "text")
+        Cell(text, tip=tip_of(ranges, line, row), tone="muted" if text == "never" else "text")
         for text, row in zip(texts, rows, strict=True)
     ]
-    return [*found, Figure(stop_text(ahead), tip=STOPS_TIP)]
+    return [*found, Cell(stop_text(ahead), tip=STOPS_TIP)]

@@ -12,7 +12,7 @@ from pydantic.fields import FieldInfo
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QCheckBox, QLabel, QWidget
 
-from riglens.core.sensors.base import Frozen
+from riglens.core.plain import Frozen
 from riglens.widgets.panels.controls.building import plain_label
 from riglens.widgets.panels.controls.scrolled import breakable
 from riglens.widgets.panels.fields.edits import (
@@ -25,7 +25,7 @@ from riglens.widgets.panels.fields.edits import (
 )
 from riglens.widgets.panels.fields.form import ChoiceBox, Form, Path, read, write
 from riglens.widgets.panels.fields.quantity import DEGREES, METRES, NO_UNIT, PIXELS, Unit
-from riglens.widgets.sensors.ways import Way, Ways
+from riglens.widgets.sensors.field_variants import FieldVariant, FieldVariants
 
 _UNITS = {"deg": DEGREES, "m": METRES, "px": PIXELS}
 _SHORT = 2
@@ -110,14 +110,18 @@ class ModelRows:
 
     def __init__(self, form: Form, is_shared: bool = False) -> None:
         self._form, self._is_shared = form, is_shared
-        self._ways: list[tuple[Way, list[QWidget]]] = []
-        self._notes: list[tuple[QLabel, Way]] = []
+        self._variants: list[tuple[FieldVariant, list[QWidget]]] = []
+        self._notes: list[tuple[QLabel, FieldVariant]] = []
 
-    def add(self, model: type[BaseModel], name: str, path: Path = (), way: Way | None = None) -> QWidget:
+    def add(
+        self, model: type[BaseModel], name: str, path: Path = (), variant: FieldVariant | None = None
+    ) -> QWidget:
         """Add the row of one field of a model, which lies at a path in the subject of the form."""
-        return self.add_field(name, model.model_fields[name], path, way)
+        return self.add_field(name, model.model_fields[name], path, variant)
 
-    def add_field(self, name: str, info: FieldInfo, path: Path = (), way: Way | None = None) -> QWidget:
+    def add_field(
+        self, name: str, info: FieldInfo, path: Path = (), variant: FieldVariant | None = None
+    ) -> QWidget:
         """Add the row of a field; its `titles` name the values to choose among."""
         title, tip, whole = title_of(name, info), info.description or "", (*path, name)
         if path and isinstance(path[-1], int):
@@ -136,55 +140,57 @@ class ModelRows:
             self._form.bind_choice(box, read(whole), write(whole), name)
             return self._row(title, [box], tip)
         if get_origin(kind.plain) is tuple and Ellipsis not in get_args(kind.plain):
-            return self._add_items(title, tip, whole, kind, way)
+            return self._add_items(title, tip, whole, kind, variant)
         if get_origin(kind.plain) is tuple and _is_model(get_args(kind.plain)[0]):
             return self._add_models(title, whole, info, get_args(kind.plain)[0])
         edit = _edit(kind.plain, kind)
-        self._bind(edit, whole, f"{name}.list" if isinstance(edit, ListEdit) else name, title, way)
+        self._bind(edit, whole, f"{name}.list" if isinstance(edit, ListEdit) else name, title, variant)
         return self._row(title, [edit], tip)
 
-    def add_ways(self, model: type[BaseModel], ways: Ways) -> None:
-        """Add a choice between ways to give something, and the rows of each, of which one set is shown."""
+    def add_variants(self, model: type[BaseModel], variants: FieldVariants) -> None:
+        """Add a choice between variants, and the rows of each, of which one set is shown."""
         box = ChoiceBox()
-        for way in ways.ways:
-            box.addItem(way.title, way)
-        self._row(ways.title, [box], ways.tip)
+        for variant in variants.variants:
+            box.addItem(variant.title, variant)
+        self._row(variants.title, [box], variants.tip)
         self._form.bind_choice(
             box,
-            lambda subject: next(way for way in ways.ways if way.is_used(subject)),
-            lambda subject, way: subject if way.is_used(subject) else way.given(subject),
-            f"{ways.name}.way",
+            lambda subject: next(variant for variant in variants.variants if variant.is_used(subject)),
+            lambda subject, variant: subject if variant.is_used(subject) else variant.given(subject),
+            f"{variants.name}.way",
         )
-        for way in ways.ways:
-            rows = [self.add(model, field, way=way) for field in way.fields]
-            if way.model is not None:
-                rows += self._add_parts(ways, way, way.model)
-            if way.note is not None:
-                label = plain_label(style=f"{ways.name}.note", wraps=True)
+        for variant in variants.variants:
+            rows = [self.add(model, field, variant=variant) for field in variant.fields]
+            if variant.model is not None:
+                rows += self._add_parts(variants, variant, variant.model)
+            if variant.note is not None:
+                label = plain_label(style=f"{variants.name}.note", wraps=True)
                 label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-                self._notes.append((label, way))
+                self._notes.append((label, variant))
                 rows.append(self._row("", [label], ""))
-            self._ways.append((way, rows))
+            self._variants.append((variant, rows))
 
     def show_ways(self, subject: Any) -> None:
-        """Show the rows of the ways that a subject uses."""
-        for way, rows in self._ways:
+        """Show the rows of the variants that a subject uses."""
+        for variant, rows in self._variants:
             for row in rows:
-                self._form.show_row(row, way.is_used(subject))
-        for label, way in self._notes:
-            if way.note is not None and way.is_used(subject):
-                label.setText(breakable(way.note(subject)))
+                self._form.show_row(row, variant.is_used(subject))
+        for label, variant in self._notes:
+            if variant.note is not None and variant.is_used(subject):
+                label.setText(breakable(variant.note(subject)))
 
-    def _add_parts(self, ways: Ways, way: Way, model: type[BaseModel]) -> list[QWidget]:
+    def _add_parts(
+        self, variants: FieldVariants, variant: FieldVariant, model: type[BaseModel]
+    ) -> list[QWidget]:
         """Add the numbers of a model side by side: all of a range, or coefficients two by two."""
-        unit = _UNITS.get(ways.name.rsplit("_", 1)[-1], NO_UNIT)
+        unit = _UNITS.get(variants.name.rsplit("_", 1)[-1], NO_UNIT)
         step = _FINE_STEP if unit is NO_UNIT else 1.0
         numbers = {part: _plain(info.annotation) for part, info in model.model_fields.items()}
         parts = [part for part, plain in numbers.items() if plain in (int, float)]
         titles = {part: title_of(part, model.model_fields[part]) for part in parts}
         per_row = len(parts) if len(parts) <= _ALL_PER_ROW else _PER_ROW
-        models = [other for other in ways.ways if other.model is not None]
-        owner = ways.name if len(models) == 1 else f"{ways.name}.{model.__name__}"
+        models = [other for other in variants.variants if other.model is not None]
+        owner = variants.name if len(models) == 1 else f"{variants.name}.{model.__name__}"
         rows = []
         for start in range(0, len(parts), per_row):
             line: list[QWidget] = []
@@ -192,14 +198,16 @@ class ModelRows:
                 word, is_float = part.strip("_"), numbers[part] is float
                 edit = _edit(numbers[part], _Kind(numbers[part], False, unit if is_float else NO_UNIT, step))
                 edit.keep_room_for(_NARROWEST)
-                self._bind(edit, (ways.name, part), f"{owner}.{word}", f"{ways.title} {word}", way)
+                self._bind(
+                    edit, (variants.name, part), f"{owner}.{word}", f"{variants.title} {word}", variant
+                )
                 line += [QLabel(titles[part]), edit] if line else [edit]
             rows.append(
                 self._row(titles[parts[start]] if per_row == _PER_ROW else "", line, model_tip(model))
             )
         for part, plain in numbers.items():
             if get_origin(plain) is tuple and _is_model(get_args(plain)[0]):
-                rows.append(self.add(model, part, (ways.name,)))
+                rows.append(self.add(model, part, (variants.name,)))
         return rows
 
     def _add_models(self, title: str, path: Path, info: FieldInfo, model: type[Frozen]) -> QWidget:
@@ -212,10 +220,10 @@ class ModelRows:
             box.addItem(str(count) if count else "none", count)
         for count in range(1, most + 1):
             rows: list[QWidget] = []
-            way = Way(f"{count}", _holds(path, count), lambda subject: subject, model=model)
+            variant = FieldVariant(f"{count}", _holds(path, count), lambda subject: subject, model=model)
             for field in model.model_fields:
-                rows.append(self.add(model, field, (*path, count - 1), way))
-            self._ways.append((way, rows))
+                rows.append(self.add(model, field, (*path, count - 1), variant))
+            self._variants.append((variant, rows))
         found, put = read(path), write(path)
         self._form.bind_choice(
             box,
@@ -225,7 +233,9 @@ class ModelRows:
         )
         return row
 
-    def _add_items(self, title: str, tip: str, path: Path, kind: _Kind, way: Way | None = None) -> QWidget:
+    def _add_items(
+        self, title: str, tip: str, path: Path, kind: _Kind, variant: FieldVariant | None = None
+    ) -> QWidget:
         """Add the items of a tuple side by side; the description names them up to its semicolon."""
         items = [_plain(item) for item in get_args(kind.plain)]
         named = [part.split()[0] for part in tip.split(";")[0].split(",") if part.strip()]
@@ -234,22 +244,24 @@ class ModelRows:
         line: list[QWidget] = []
         for place, (item, name) in enumerate(zip(items, names, strict=True)):
             edit = _edit(item, kind)
-            self._bind(edit, (*path, place), f"{path[-1]}.{name}", f"{title} {name}", way)
+            self._bind(edit, (*path, place), f"{path[-1]}.{name}", f"{title} {name}", variant)
             line += [QLabel(between), edit] if line and between else [edit]
         return self._row(title, line, tip)
 
-    def _bind(self, edit: ValueEdit[Any], path: Path, name: str, title: str, way: Way | None = None) -> None:
-        """Bind an edit to what lies at a path, where it is given in that way."""
+    def _bind(
+        self, edit: ValueEdit[Any], path: Path, name: str, title: str, variant: FieldVariant | None = None
+    ) -> None:
+        """Bind an edit to what lies at a path, where that variant is in use."""
         edit.setAccessibleName(title)
         getter, setter = read(path), write(path)
 
         def shown(subject: Any) -> Any:
-            return getter(subject) if way is None or way.is_used(subject) else None
+            return getter(subject) if variant is None or variant.is_used(subject) else None
 
         def changed(subject: Any, value: Any) -> Any:
-            is_part = way is not None and (way.model is not None or isinstance(path[-1], int))
-            if way is not None and is_part and not way.is_used(subject):
-                raise ValueError(f"is specified differently: choose '{way.title}' for all first")
+            is_part = variant is not None and (variant.model is not None or isinstance(path[-1], int))
+            if variant is not None and is_part and not variant.is_used(subject):
+                raise ValueError(f"is specified differently: choose '{variant.title}' for all first")
             return setter(subject, value)
 
         self._form.bind_edit(edit, shown, changed, name, path)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -28,6 +28,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from riglens.core.shown_values import NONE
 from riglens.widgets.panels.controls.icons import swatch
 from riglens.widgets.panels.controls.item_views import (
     BAR_COLOUR,
@@ -37,7 +38,6 @@ from riglens.widgets.panels.controls.item_views import (
     StandardKey,
 )
 from riglens.widgets.panels.controls.style import numbers_font, plain_tip, tones
-from riglens.widgets.panels.scores.text import NONE
 
 Tone = Literal["text", "muted", "more", "less"]
 Index = QModelIndex | QPersistentModelIndex
@@ -49,7 +49,7 @@ _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 
 
 @dataclass(frozen=True)
-class Figure:
+class Cell:
     """A cell; tones name colours of the theme.
 
     values: exact numbers that are copied, one for each of its column's `copied`; the first is sorted by. error, change:
@@ -69,7 +69,7 @@ class Figure:
     bar_colour: str | None = None
 
 
-NOTHING = Figure(tone="muted")
+NOTHING = Cell(tone="muted")
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ class FigureModel(QAbstractTableModel):
         super().__init__()
         self._rows: tuple[Heading, ...] = ()
         self._columns: tuple[Heading, ...] = ()
-        self._figures: list[tuple[Figure, ...]] = []
+        self._figures: list[tuple[Cell, ...]] = []
         self._grey: frozenset[int] = frozenset()
         self._is_narrow = False
 
@@ -104,7 +104,7 @@ class FigureModel(QAbstractTableModel):
         self,
         rows: Sequence[Heading],
         columns: Sequence[Heading],
-        figures: Sequence[Sequence[Figure]],
+        figures: Sequence[Sequence[Cell]],
         anew: bool = False,
     ) -> None:
         """Show cells, none of them grey; selection and scroll position stay, unless `anew` or of another size."""
@@ -121,13 +121,13 @@ class FigureModel(QAbstractTableModel):
                 self.headerDataChanged.emit(Qt.Orientation.Horizontal, 0, len(columns) - 1)
             self._exchange([tuple(row) for row in figures], frozenset())
 
-    def show_columns(self, first: int, figures: Sequence[Sequence[Figure]]) -> None:
-        """Show other cells in some columns, from the first of them on; they are not grey any more."""
-        whole = [
-            (*row[:first], *cells, *row[first + len(cells) :])
-            for row, cells in zip(self._figures, figures, strict=True)
-        ]
-        self._exchange(whole, self._grey - set(range(first, first + len(figures[0]))))
+    def show_columns(self, columns: Mapping[int, Sequence[Cell]]) -> None:
+        """Show other cells in some columns, row by row; they are not grey any more."""
+        whole = [list(row) for row in self._figures]
+        for place, cells in columns.items():
+            for row, cell in zip(whole, cells, strict=True):
+                row[place] = cell
+        self._exchange([tuple(row) for row in whole], self._grey - set(columns))
 
     def set_row_titles(self, rows: Sequence[Heading]) -> None:
         """Show other titles of the rows."""
@@ -140,7 +140,7 @@ class FigureModel(QAbstractTableModel):
         grey = self._grey | frozenset(range(len(self._columns)) if columns is None else columns)
         self._exchange(self._figures, grey)
 
-    def _exchange(self, figures: list[tuple[Figure, ...]], grey: frozenset[int]) -> None:
+    def _exchange(self, figures: list[tuple[Cell, ...]], grey: frozenset[int]) -> None:
         """Show cells of as many rows and columns; columns that look the same are not painted again."""
         before, self._figures = self._figures, figures
         turned, self._grey = self._grey ^ grey, grey
@@ -170,7 +170,7 @@ class FigureModel(QAbstractTableModel):
         """Titles of the columns, in full."""
         return tuple(heading.title for heading in self._columns)
 
-    def cell(self, row: int, column: int) -> Figure:
+    def cell(self, row: int, column: int) -> Cell:
         """Return a cell."""
         return self._figures[row][column]
 

@@ -1,15 +1,16 @@
-"""Show what the rig loses without one sensor, per class: change of on target, seen and S-MS."""
+"""Show what the rig loses without one sensor, per class: change of the leading figures."""
 
 from __future__ import annotations
 
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QGridLayout, QLabel, QWidget
 
+from riglens.core.figures.values import Values
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.shown_values import NONE
 from riglens.widgets.panels.controls.building import plain_label
 from riglens.widgets.panels.controls.style import numbers_font
-from riglens.widgets.panels.scores.text import NONE
-from riglens.widgets.panels.sensors.losses import MEASURES, Known, Measure, class_change
+from riglens.widgets.panels.sensors.losses import class_change, measures
 
 WAITING, NOT_COUNTED = "computed between edits", "disabled: no loss"
 FAILED = "failed: the scores are those without it"
@@ -32,23 +33,24 @@ class MarginalView(QWidget):
         grid.setContentsMargins(0, 0, 0, 0)
         grid.setHorizontalSpacing(_GAP_PX)
         grid.setVerticalSpacing(2)
-        for place, (title, _) in enumerate(MEASURES.values(), 1):
+        self._measures = measures()
+        for place, one in enumerate(self._measures.values(), 1):
             grid.setColumnStretch(place, 1)
-            grid.addWidget(_label(title, muted=True), 0, place)
-        self._cells: dict[tuple[str, Measure], QLabel] = {}
+            grid.addWidget(_label(one.short, muted=True), 0, place)
+        self._cells: dict[tuple[str, str], QLabel] = {}
         for row, name in enumerate(CLASSES, 1):
             grid.addWidget(QLabel(name), row, 0)
-            for place, key in enumerate(MEASURES, 1):
+            for place, key in enumerate(self._measures, 1):
                 self._cells[name, key] = _label(NONE)
                 grid.addWidget(self._cells[name, key], row, place)
         self._note = plain_label(WAITING, "hint", wraps=True)
-        grid.addWidget(self._note, len(CLASSES) + 1, 0, 1, 1 + len(MEASURES))
+        grid.addWidget(self._note, len(CLASSES) + 1, 0, 1, 1 + len(self._measures))
         self.setToolTip(NOTE)
 
-    def show_loss(self, now: Known, without: Known) -> None:
+    def show_loss(self, now: Values, without: Values) -> None:
         """Show the known figures of the rig with and without the sensor."""
         for (name, key), cell in self._cells.items():
-            text, exact = class_change(key, name, now, without)
+            text, exact = class_change(self._measures[key], name, now, without)
             cell.setText(text.removesuffix(" pp"))
             cell.setToolTip(exact)
         self._note.setText(UNITS)
@@ -67,7 +69,7 @@ class MarginalView(QWidget):
         for cell in self._cells.values():
             cell.setEnabled(not stale)
 
-    def text_of(self, class_name: str, key: Measure) -> str:
+    def text_of(self, class_name: str, key: str) -> str:
         """Return the text of a cell."""
         return self._cells[class_name, key].text()
 

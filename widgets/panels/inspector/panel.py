@@ -9,6 +9,7 @@ from typing import Any
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QComboBox, QPushButton, QScrollArea, QStackedWidget, QWidget
 
+from riglens.core.figures.values import Values
 from riglens.core.geometry import Pose
 from riglens.core.rig.edits import partner_of
 from riglens.core.rig.model import MeshPlacement, Rig, Vehicle
@@ -23,7 +24,6 @@ from riglens.widgets.panels.fields.form import ChoiceBox, Form
 from riglens.widgets.panels.fields.model_rows import ModelRows
 from riglens.widgets.panels.fields.quantity import DEGREES, METRES, Unit
 from riglens.widgets.panels.inspector.sensor_forms import SensorForm
-from riglens.widgets.panels.sensors.losses import Known
 
 _NAMED = 3
 """Largest number of sensors that are named; of more, the number is shown."""
@@ -145,7 +145,7 @@ class Inspector(QStackedWidget):
         """Return the sensor whose loss is shown, greyed or not; None when there is none."""
         return self._loss_of
 
-    def show_loss(self, now: Known, without: Known) -> None:
+    def show_loss(self, now: Values, without: Values) -> None:
         """Show exact figures with and without the current sensor."""
         self._loss_of = self._shown[-1] if self._shown else None
         for form in self._form_of.values():

@@ -25,7 +25,7 @@ from riglens.widgets.panels.inspector.marginal_view import MarginalView
 from riglens.widgets.panels.inspector.pose_tools import PairLine, PoseTools
 from riglens.widgets.panels.sensors.rows import derived_rows, model_note, modified_note
 from riglens.widgets.sensors.appearance import appearance_of
-from riglens.widgets.sensors.ways import Ways
+from riglens.widgets.sensors.field_variants import FieldVariants
 
 STEP_M, STEP_DEG = 0.05, 1.0
 POSE_TIP = (
@@ -174,16 +174,19 @@ class SensorForm(Form):
     def _add_fields(self) -> None:
         """Add the fields of the kind in the order of its model, then the range."""
         self.add_heading(self._look.heading)
-        model, ways = self._kind.model, {field: ways for ways in self._look.ways for field in ways.fields}
+        model, variants = (
+            self._kind.model,
+            {field: variants for variants in self._look.variants for field in variants.fields},
+        )
         self._rows = ModelRows(self)
-        added: list[Ways] = []
+        added: list[FieldVariants] = []
         for name in (name for name in model.model_fields if name not in Sensor.model_fields):
-            if name not in ways:
+            if name not in variants:
                 if is_editable(model.model_fields[name]):  # else it is for the rig file alone
                     self._rows.add(model, name)
-            elif ways[name] not in added:
-                self._rows.add_ways(model, ways[name])
-                added.append(ways[name])
+            elif variants[name] not in added:
+                self._rows.add_variants(model, variants[name])
+                added.append(variants[name])
         ModelRows(self, is_shared=True).add(model, "range_m")
         self._rows.add(model, "blocked")
 

@@ -17,7 +17,7 @@ from riglens.widgets.panels.controls.style import plain_tip, small_font, tones
 
 _EDGE_PX, _GAP_PX, _LINE_PX, _DOT_PX, _NEAR_PX = 8.0, 22.0, 15.0, 4.5, 10.0
 _TICK_PX, _BETWEEN_PX, _PAD = 42.0, 8.0, 0.08
-Tone = Literal["accent", "muted", "less"]
+PlotTone = Literal["accent", "muted", "less"]
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Line:
     """Points in order, joined by straight lines."""
 
     points: tuple[tuple[float, float], ...]
-    tone: Tone = "accent"
+    tone: PlotTone = "accent"
 
 
 @dataclass(frozen=True)

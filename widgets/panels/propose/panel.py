@@ -26,7 +26,7 @@ from riglens.widgets.panels.controls.scrolled import ElidedLabel
 from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel, plain_tip
 from riglens.widgets.panels.fields.form import ChoiceBox, Form
 from riglens.widgets.panels.fields.model_rows import ModelRows
-from riglens.widgets.panels.figures.table import NOTHING, Figure, FigureTable, Heading
+from riglens.widgets.panels.figures.table import NOTHING, Cell, FigureTable, Heading
 from riglens.widgets.panels.propose.chart import Plot, Plots
 from riglens.widgets.panels.propose.shown import CHECKS, COLUMNS, NO_SEARCH, Offer, offer_cells
 
@@ -242,7 +242,7 @@ class ProposePanel(QWidget):
         )
         self.export.setEnabled(any(one.key for one in offers))
 
-    def show_checks(self, titles: Sequence[Heading], cells: Sequence[Sequence[Figure]], verdict: str) -> None:
+    def show_checks(self, titles: Sequence[Heading], cells: Sequence[Sequence[Cell]], verdict: str) -> None:
         """Show the rows of the checks, and what they say."""
         self.checks.figures.show(titles, CHECKS, cells)
         self.verdict.setText(verdict)

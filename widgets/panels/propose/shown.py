@@ -7,20 +7,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from riglens.core.figures.text import MINUS
 from riglens.core.rig.model import Rig
 from riglens.core.shown_text import visible
-from riglens.widgets.panels.figures.table import NOTHING, Figure, Heading
-from riglens.widgets.panels.figures.table import Tone as FigureTone
-from riglens.widgets.panels.propose.chart import Dot, Line, Plot, Tone
-from riglens.widgets.panels.scores.text import MINUS
+from riglens.widgets.panels.figures.table import NOTHING, Cell, Heading, Tone
+from riglens.widgets.panels.propose.chart import Dot, Line, Plot, PlotTone
 
 if TYPE_CHECKING:  # loads the compiler
     from riglens.core.optimise.results import OptimiseResult
 
 SEARCHING, NO_SEARCH = "Follows with the search.", "Choose what to add and press Start."
 RUNNING = "Searching…"
-_BEST: Tone = "accent"
-_BOUND: Tone = "less"
+_BEST: PlotTone = "accent"
+_BOUND: PlotTone = "less"
 Bracket = tuple[float, float | None, float | None]
 """Seconds since the start, best value so far, and its bound so far."""
 
@@ -129,38 +128,38 @@ def signed(value: float) -> str:
     return f"{value:+.4f}".replace("-", MINUS)
 
 
-def offer_cells(offers: Sequence[Offer]) -> list[tuple[Figure, ...]]:
+def offer_cells(offers: Sequence[Offer]) -> list[tuple[Cell, ...]]:
     """Return the cells of the proposals."""
     base = offers[0].value if offers else None
-    rows = list[tuple[Figure, ...]]()
+    rows = list[tuple[Cell, ...]]()
     for one in offers:
         change = None if one.value is None or base is None or not one.key else one.value - base
         rows.append(
             (
-                NOTHING if one.value is None else Figure(f"{one.value:.4f}", (one.value,)),
+                NOTHING if one.value is None else Cell(f"{one.value:.4f}", (one.value,)),
                 NOTHING
                 if change is None
-                else Figure(signed(change), (change,), tone="more" if change > 0.0 else "text"),
-                NOTHING if one.blind_m2 is None else Figure(f"{one.blind_m2:.1f} m²", (one.blind_m2,)),
-                NOTHING if one.cost is None else Figure(f"{one.cost:g}", (one.cost,)),
+                else Cell(signed(change), (change,), tone="more" if change > 0.0 else "text"),
+                NOTHING if one.blind_m2 is None else Cell(f"{one.blind_m2:.1f} m²", (one.blind_m2,)),
+                NOTHING if one.cost is None else Cell(f"{one.cost:g}", (one.cost,)),
             )
         )
     return rows
 
 
-def check_cells(found: OptimiseResult | None) -> tuple[list[Heading], list[tuple[Figure, ...]]]:
+def check_cells(found: OptimiseResult | None) -> tuple[list[Heading], list[tuple[Cell, ...]]]:
     """Return titles and cells of the checks, the frames of choice first; none without a result."""
     if found is None:
         return [], []
-    titles, cells = list[Heading](), list[tuple[Figure, ...]]()
+    titles, cells = list[Heading](), list[tuple[Cell, ...]]()
     if found.problem.goal.is_guarded:
         titles.append(Heading("Frames of choice"))
-        cells.append((Figure(signed(found.best.value - found.reference_value)), NOTHING, NOTHING))
+        cells.append((Cell(signed(found.best.value - found.reference_value)), NOTHING, NOTHING))
     for one in found.best.guard:
         titles.append(Heading(one.case[0].upper() + one.case[1:]))
-        tone: FigureTone = "less" if one in found.best.weak else "text"
-        share = Figure(f"{one.share:.0%}", (one.share,), tone=tone, bar=one.share)
-        cells.append((Figure(signed(one.gain), (one.gain,)), Figure(f"{one.se:.4f}", (one.se,)), share))
+        tone: Tone = "less" if one in found.best.weak else "text"
+        share = Cell(f"{one.share:.0%}", (one.share,), tone=tone, bar=one.share)
+        cells.append((Cell(signed(one.gain), (one.gain,)), Cell(f"{one.se:.4f}", (one.se,)), share))
     return titles, cells
 
 

@@ -7,7 +7,8 @@ import math
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import QCheckBox, QGridLayout, QLabel, QPushButton, QSlider, QWidget
 
-from riglens.widgets.heatmap.scale import DEFAULT_LOOK, HeatLook, HeatmapData, value_text
+from riglens.core.view.heatmap_data import HeatmapData
+from riglens.widgets.heatmap.scale import DEFAULT_LOOK, HeatLook, value_text
 from riglens.widgets.panels.controls.building import button
 from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel
 from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, LEAST_DENSITY, MOST_DENSITY, RayLook

@@ -1,12 +1,13 @@
-"""Scores per class with the change against a baseline, in 10^3 nat; full precision in tooltip and copy.
+"""Leading figures per class with the change against a baseline; full precision in tooltip and copy.
 
 Estimates can be shown in their place for a moment: marked ≈, in italics, without changes and without a copy.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QResizeEvent
@@ -21,27 +22,33 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from riglens.core.metric.scores import MAX_LAMBDA, READINGS, MetricSettings, Scores
-from riglens.core.targets.quantities import Cells, PredictedCells
+from riglens.core.figures.figure import Better, Figure
+from riglens.core.figures.text import UNITS, in_sentence
+from riglens.core.figures.values import Compared, FigureCells, Values, in_reading
+from riglens.core.metric.scores import MAX_LAMBDA, MetricSettings, Reading
 from riglens.widgets.panels.controls.building import button, filled
 from riglens.widgets.panels.controls.scrolled import ElidedLabel
-from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel
+from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel, plain_tip
 from riglens.widgets.panels.fields.edits import NumberEdit
 from riglens.widgets.panels.fields.form import ChoiceBox
-from riglens.widgets.panels.scores.table import LAST_SAVED, ScoreTable, found_text
+from riglens.widgets.panels.scores.table import LAST_SAVED, ScoreTable
 from riglens.widgets.panels.scores.text import (
     FIGURES_HELP,
     FIGURES_TITLE,
     FOUND_NOTE,
     NOT_COUNTED_NOTE,
     SIGN_NOTE,
+    found_text,
 )
 
-READING_NOTES = {
+if TYPE_CHECKING:  # loads the compiler
+    from riglens.core.figures.evaluated import Need
+
+READING_NOTES: dict[Reading, str] = {
     "covered": "S-MIG = −entropy of the voxels reached: the paper's equations.",
     "residual": "S-MIG = −entropy of the voxels not reached: grows with coverage.",
-    "hits": "S-MIG counts a voxel once per ray, as the published code does.",
 }
+"""The readings to choose from; commands and studies have `hits`, too."""
 
 
 class ScoresPanel(QWidget):
@@ -59,7 +66,8 @@ class ScoresPanel(QWidget):
         self._is_stale = True
         self._baseline = LAST_SAVED
         self.table = ScoreTable()
-        self.table.forget_counted(NOT_COUNTED_NOTE)
+        self.table.set_reading(settings.reading)
+        self.table.forget("objects", NOT_COUNTED_NOTE)
         self._weight = NumberEdit(0.05)
         self._reading = ChoiceBox()
         self._details = QCheckBox("Paper details")
@@ -79,13 +87,11 @@ class ScoresPanel(QWidget):
         self._weight.set_value(self._settings.camera_weight)
         self._weight.edited.connect(self._on_weight)
         self._reading.setObjectName("reading")
-        for reading in READINGS:
+        for place, (reading, note) in enumerate(READING_NOTES.items()):
             self._reading.addItem(reading, reading)
-            self._reading.setItemData(
-                self._reading.count() - 1, READING_NOTES[reading], Qt.ItemDataRole.ToolTipRole
-            )
+            self._reading.setItemData(place, note, Qt.ItemDataRole.ToolTipRole)
         self._reading.setCurrentText(self._settings.reading)
-        self._reading.activated.connect(lambda index: self._want(reading=READINGS[index]))
+        self._reading.activated.connect(lambda _: self._want(reading=self._reading.currentText()))
         self._found, self._note, below = ElidedLabel(), ElidedLabel(), QWidget()
         for label in (self._found, self._note):
             label.setObjectName("hint")
@@ -129,8 +135,9 @@ class ScoresPanel(QWidget):
             widget.setVisible(shown)
 
     def show_settings(self, settings: MetricSettings) -> None:
-        """Show method, reading and camera weight that scores are computed with."""
+        """Show reading and camera weight that scores are computed with."""
         self._settings = settings
+        self.table.set_reading(settings.reading)
         self._weight.set_value(settings.camera_weight)
         self._reading.setCurrentText(settings.reading)
         self._show_note()
@@ -141,32 +148,32 @@ class ScoresPanel(QWidget):
         self.table.set_baseline(self._baseline)
         self._show_note()
 
-    def show_scores(self, scores: Scores, baseline: Scores) -> None:
-        """Show up-to-date scores and their change against those of the baseline."""
-        self._is_stale = False
-        self.table.show_scores(scores, baseline, self._settings)
+    def show_figures(self, need: Need, found: Mapping[str, Compared]) -> None:
+        """Show the figures that need the same evaluation, by key, and their change against the baseline."""
+        if need == "voxels":
+            self._is_stale = False
+        self.table.show_figures(need, found)
 
-    def show_counted(self, on_target: Cells, predicted: PredictedCells) -> None:
-        """Show what is counted on objects, and how many of 100 are found."""
-        self.table.show_counted(on_target, predicted)
-        outside = predicted.found is not None and bool(predicted.found.outside)
-        self._found.setText(found_text(predicted))
-        self._found.setEnabled(not outside)
+    def show_found(self, found: FigureCells) -> None:
+        """Show how many of 100 objects are found."""
+        self._found.setText(found_text(found))
+        self._found.setToolTip(plain_tip("\n".join(filter(None, (FOUND_NOTE, found.detector)))))
+        self._found.setEnabled(not found.outside)
 
     def forget_counted(self, reason: str) -> None:
         """Show no number on objects, and the reason."""
-        self.table.forget_counted(reason)
+        self.table.forget("objects", reason)
         self._found.setText("")
 
     def grey_counted(self) -> None:
         """Grey what is counted on objects."""
-        self.table.grey_counted()
+        self.table.grey("objects")
         self._found.setEnabled(False)
 
-    def show_estimate(self, scores: Scores) -> None:
-        """Show rough scores until the exact ones arrive; until then there is nothing to copy."""
+    def show_estimate(self, found: Values) -> None:
+        """Show rough figures of voxels until the exact ones arrive; until then there is nothing to copy."""
         self._is_stale = True
-        self.table.show_estimate(scores)
+        self.table.show_estimate(found)
 
     def show_pending(self) -> None:
         """Show no scores until there are some."""
@@ -177,7 +184,7 @@ class ScoresPanel(QWidget):
         """Grey the numbers: they belong to an earlier state."""
         if not self._is_stale:
             self._is_stale = True
-            self.table.grey()
+            self.table.grey("voxels")
 
     @property
     def is_stale(self) -> bool:
@@ -197,12 +204,19 @@ class ScoresPanel(QWidget):
         self.show_settings(self._settings)
 
     def _show_note(self) -> None:
-        falls = self._settings.reading != "residual"
-        way = "S-MS falls as coverage grows" if falls else "S-MS rises as coverage grows"
-        shares = "predicted AP, on target and seen: more is better"
-        self._note.setText(
-            f"change against {self._baseline} · {shares} · S-MS, 10³ nat: {way.removeprefix('S-MS ')}"
-        )
+        """Write from what changes count, and which way the leading figures are better."""
+        shown = [one for one in self.table.shown if one.leads]
+        ways = [
+            f"{_listed(titles)}: {way} is better"
+            for way in ("more", "less")
+            if (titles := [in_sentence(one.title) for one in shown if _way(one) == way])
+        ]
+        for figure in (one for one in shown if one.of_paper):
+            rises = in_reading(figure, self._settings.reading).better == "more"
+            ways.append(
+                f"{figure.title}, {UNITS[figure.unit]}: {'rises' if rises else 'falls'} as coverage grows"
+            )
+        self._note.setText(" · ".join([f"change against {self._baseline}", *ways]))
         self._note.setToolTip(SIGN_NOTE)
 
     @property
@@ -214,3 +228,12 @@ class ScoresPanel(QWidget):
     def note(self) -> str:
         """Write the line about unit, baseline and sign of S-MS."""
         return self._note.text()
+
+
+def _way(figure: Figure) -> Better:
+    """Return the direction of a figure in the note; what the paper's score does is said on its own."""
+    return "neither" if figure.of_paper else figure.better
+
+
+def _listed(titles: Sequence[str]) -> str:
+    return " and ".join(filter(None, (", ".join(titles[:-1]), titles[-1])))

@@ -1,39 +1,27 @@
-"""The table of scores: value and change of four figures by class, and of S-MIG by kind of sensor on request."""
+"""The table of scores: value and change of the leading figures by class, and details of the paper on request."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable
-from dataclasses import replace
+from collections.abc import Collection, Mapping
 
 from PySide6.QtGui import QFontMetrics, QResizeEvent
 from PySide6.QtWidgets import QHeaderView
 
-from riglens.core.metric.scores import MetricSettings, Scores
-from riglens.core.scene.boxes import CLASSES
-from riglens.core.sensors.registry import shown_kinds
-from riglens.core.targets.quantities import ON_TARGET as ON_TARGET_QUANTITY
-from riglens.core.targets.quantities import PREDICTED as PREDICTED_QUANTITY
-from riglens.core.targets.quantities import SURE, WHO, Cells, PredictedCells, of_100
-from riglens.widgets.panels.controls.item_views import OwnKeys, StandardKey
-from riglens.widgets.panels.figures.table import NOTHING, Figure, FigureTable, Heading, Tone
-from riglens.widgets.panels.scores.text import (
-    NONE,
-    NOTHING_NOTE,
-    ON_TARGET,
-    PREDICTED,
-    Column,
-    MetricColumn,
-    change_text,
-    columns,
-    exact_text,
-    looks_at_more,
-    rough_text,
-    sampled_change_text,
-    sampled_text,
+from riglens.core.figures.figure import Estimate, Figure
+from riglens.core.figures.text import (
+    EXACT_UNITS,
+    UNITS,
+    change_estimate_text,
+    estimate_text,
+    tip_text,
     value_text,
+    verdict,
 )
-from riglens.widgets.panels.targets.text import tells_apart, tip_text
+from riglens.core.figures.values import Compared, Values, class_figures, in_reading
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.shown_values import NONE
+from riglens.widgets.panels.controls.item_views import OwnKeys, StandardKey
+from riglens.widgets.panels.figures.table import NOTHING, Cell, FigureTable, Heading, Tone
 from riglens.widgets.theme import CLASS_COLOURS
 
 ABOUT, FOLLOWS = "≈ ", "…"
@@ -45,22 +33,23 @@ ESTIMATE_NOTE = "Estimated on larger voxels; the exact number follows when the m
 LONGEST_VALUE = "100.0 ±10.0 %"
 LONGEST_CHANGES, _CELL_MARGIN_PX = ("−100.00 pp", "−10.0 ±10.0 pp", "−1000.00 ↓"), 6
 CHANGE_TIP = "Change from the baseline: the snapshot or chosen rig, or else the rig last saved or opened."
-_COUNTED, _SCORES = 0, 4
-"""First columns of what is counted on objects, and of the scores."""
+_FOLLOWS = Cell(FOLLOWS, (None,), ESTIMATE_NOTE, tone="muted", is_italic=True)
 
 
 class ScoreTable(FigureTable):
-    """Value and change of every figure by class."""
+    """Value and change of every figure by class, each figure in two columns."""
 
     def __init__(self) -> None:
         super().__init__("Scores by class")
-        self._columns = columns()
-        self._shown: tuple[Column, ...] = (PREDICTED, ON_TARGET, *self._columns)
+        known = class_figures()
+        self._details = tuple(one for one in known if one.of_paper and not one.leads)
+        self._shown: tuple[Figure, ...] = (*(one for one in known if one.leads), *self._details)
+        self._reading = "covered"
         self._baseline = LAST_SAVED
         self.setSelectionMode(self.SelectionMode.ContiguousSelection)
         OwnKeys(self, {StandardKey.Copy: self.copy})
-        titles = [heading for column in self._shown for heading in _headings(column)]
-        self.figures.show(_classes(None), titles, [[NOTHING] * len(titles)] * len(CLASSES))
+        titles = [heading for figure in self._shown for heading in _headings(figure)]
+        self.figures.show(_classes({}), titles, [[NOTHING] * len(titles)] * len(CLASSES))
         rows, header = self.verticalHeader(), self.horizontalHeader()
         rows.setDefaultSectionSize(ROW_PX)
         rows.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
@@ -80,10 +69,15 @@ class ScoreTable(FigureTable):
         wide = QFontMetrics(self.font()).horizontalAdvance
         return max(CHANGE_PX, max(map(wide, LONGEST_CHANGES)) + 2 * _CELL_MARGIN_PX + 1)
 
+    @property
+    def shown(self) -> tuple[Figure, ...]:
+        """The figures from left to right, those that are details last."""
+        return self._shown
+
     def set_details(self, shown: bool) -> None:
-        """Show S-MIG by kind, of which S-MS is made, beside the four figures, or hide it."""
-        for kind in shown_kinds(()):
-            for key in (kind.name, f"{kind.name} change"):
+        """Show the details of the paper beside the leading figures, or hide them."""
+        for figure in self._details:
+            for key in (figure.key, f"{figure.key} change"):
                 self.setColumnHidden(self.place_of(key), not shown)
 
     def place_of(self, column: str) -> int:
@@ -91,7 +85,7 @@ class ScoreTable(FigureTable):
         key, _, is_change = column.partition(" ")
         return 2 * [shown.key for shown in self._shown].index(key) + bool(is_change)
 
-    def cell(self, class_name: str, column: str) -> Figure:
+    def cell(self, class_name: str, column: str) -> Cell:
         """Return the cell of a class and a column key, followed by " change" for its change."""
         return self.figures.cell(CLASSES.index(class_name), self.place_of(column))
 
@@ -99,95 +93,93 @@ class ScoreTable(FigureTable):
         """Set the baseline of changes, for tooltips."""
         self._baseline = name
 
-    def show_scores(self, scores: Scores, baseline: Scores, settings: MetricSettings) -> None:
-        """Show exact values and their change against the baseline."""
-        self.figures.set_row_titles(_classes(scores))
-        self.figures.show_columns(
-            _SCORES,
-            [
-                [
-                    figure
-                    for column in self._columns
-                    for figure in self._pair(column, scores, baseline, name, settings)
-                ]
-                for name in CLASSES
-            ],
+    def set_reading(self, reading: str) -> None:
+        """Set the reading of S-MIG, which decides the direction of some figures."""
+        self._reading = reading
+
+    # ------------------------------------------------------------------ what is shown
+    def show_figures(self, need: str, found: Mapping[str, Compared]) -> None:
+        """Show the figures that need the same evaluation, by key: values and changes against the baseline."""
+        if need == "voxels":
+            self._show_classes(found.values())
+        self._show(
+            {
+                key: [self._pair(in_reading(figure, self._reading), name, found[key]) for name in CLASSES]
+                for key, figure in self._of(need).items()
+                if key in found
+            },
         )
 
-    def _pair(
-        self, column: MetricColumn, scores: Scores, baseline: Scores, name: str, settings: MetricSettings
-    ) -> tuple[Figure, Figure]:
-        """Return value and change of a score of a class."""
-        value, has_boxes = column.value(scores.classes[name]), scores.classes[name].h_total > 0.0
-        change = 0.0 if math.isnan(value) else value - column.value(baseline.classes[name])
-        more = looks_at_more(change, column, settings.reading)
-        meaning = "the same as" if change == 0 else "covers more than" if more else "covers less than"
-        first = Figure(
-            value_text(column, value),
-            (None if math.isnan(value) else value,),
-            exact_text(column, value) if has_boxes else NOTHING_NOTE,
-            tone="text" if has_boxes else "muted",
+    def _pair(self, figure: Figure, name: str, found: Compared) -> tuple[Cell, Cell]:
+        """Return value and change of a figure of a class; neither better nor worse where the change is too small."""
+        value, change = found.value[name], found.change[name]
+        tip = tip_text(figure, name, value, change, self._baseline, found.about)
+        is_muted = not value.exists or value.state == "outside"
+        numbers = (value.value, value.se) if figure.needs == "objects" else (value.value,)
+        return (
+            Cell(
+                estimate_text(figure, value),
+                numbers if value.exists else (None,) * len(numbers),
+                tip,
+                tone="muted" if is_muted else "text",
+            ),
+            Cell(
+                change_estimate_text(figure, change),
+                (change.value if change.exists else None,),
+                tip,
+                tone="muted" if is_muted else _tone(figure, change),
+            ),
         )
-        second = Figure(
-            change_text(change, column),
-            (change,),
-            f"{exact_text(column, change)}: {meaning} {self._baseline}",
-            tone="muted" if change == 0 else "text" if not column.is_share else "more" if more else "less",
+
+    def show_estimate(self, found: Values) -> None:
+        """Show rough values of figures of voxels without changes; they cannot be copied."""
+
+        def rough(figure: Figure, value: Estimate) -> Cell:
+            text = ABOUT + value_text(figure, value.value, decimals=1) if value.exists else NONE
+            return Cell(text, (None,), ESTIMATE_NOTE, tone="muted", is_italic=True)
+
+        self._show(
+            {
+                key: [(rough(figure, found[key][name]), _FOLLOWS) for name in CLASSES]
+                for key, figure in self._of("voxels").items()
+            },
         )
-        return first, second
-
-    def show_estimate(self, scores: Scores) -> None:
-        """Show rough values without changes; they cannot be copied."""
-        follows = Figure(FOLLOWS, (None,), ESTIMATE_NOTE, tone="muted", is_italic=True)
-
-        def rough(column: MetricColumn, name: str) -> Figure:
-            value = column.value(scores.classes[name])
-            text = NONE if math.isnan(value) else ABOUT + rough_text(column, value)
-            return Figure(text, (None,), ESTIMATE_NOTE, tone="muted", is_italic=True)
-
-        shown = [
-            [figure for column in self._columns for figure in (rough(column, name), follows)]
-            for name in CLASSES
-        ]
-        self.figures.show_columns(_SCORES, shown)
 
     def show_pending(self) -> None:
-        """Show no values: none is known of this rig."""
-        follows = Figure(FOLLOWS, (None,), ESTIMATE_NOTE, tone="muted", is_italic=True)
-        self.figures.show_columns(_SCORES, [[follows] * (2 * len(self._columns)) for _ in CLASSES])
+        """Show no figures of voxels: none is known of this rig."""
+        self._show(dict.fromkeys(self._of("voxels"), [(_FOLLOWS, _FOLLOWS)] * len(CLASSES)))
 
-    def show_counted(self, on_target: Cells, predicted: PredictedCells) -> None:
-        """Show predicted detection and on target by class, with changes against the baseline and ±."""
-        rows = []
+    def forget(self, need: str, reason: str) -> None:
+        """Show no figure that needs an evaluation, and the reason."""
+        none = Cell(tip=reason, tone="muted")
+        self._show(dict.fromkeys(self._of(need), [(none, none)] * len(CLASSES)))
+
+    def grey(self, need: str) -> None:
+        """Show the figures that need an evaluation in the muted colour."""
+        first = (self.place_of(key) for key in self._of(need))
+        self.figures.grey(place + part for place in first for part in (0, 1))
+
+    def _of(self, need: str) -> dict[str, Figure]:
+        return {figure.key: figure for figure in self._shown if figure.needs == need}
+
+    def _show(self, pairs: Mapping[str, list[tuple[Cell, Cell]]]) -> None:
+        """Show value and change of figures, by key, class by class."""
+        self.figures.show_columns(
+            {
+                self.place_of(key) + part: [pair[part] for pair in rows]
+                for key, rows in pairs.items()
+                for part in (0, 1)
+            }
+        )
+
+    def _show_classes(self, found: Collection[Compared]) -> None:
+        """Mute the titles of classes that have no figure, and say why."""
+        empty = {}
         for name in CLASSES:
-            row = WHO.index(name)
-            is_resolved = tells_apart(ON_TARGET_QUANTITY, float(on_target.change[row]))
-            tip = tip_text(ON_TARGET_QUANTITY, name, on_target, row, self._baseline)
-            is_as_clear = is_resolved and tells_apart(PREDICTED_QUANTITY, float(predicted.cells.change[row]))
-            rows.append(
-                [
-                    *_sampled(
-                        predicted.cells, row, float(predicted.se[row]), _tip(predicted, row), is_as_clear
-                    ),
-                    *_sampled(on_target, row, float(on_target.se[row]), tip, is_resolved),
-                ]
-            )
-            if predicted.outside:
-                rows[-1][:2] = [replace(figure, tone="muted") for figure in rows[-1][:2]]
-        self.figures.show_columns(_COUNTED, rows)
-
-    def forget_counted(self, reason: str) -> None:
-        """Show no number on objects, and the reason."""
-        none = Figure(tip=reason, tone="muted")
-        self.figures.show_columns(_COUNTED, [[none] * (_SCORES - _COUNTED)] * len(CLASSES))
-
-    def grey_counted(self) -> None:
-        """Show what is counted on objects in the muted colour."""
-        self.figures.grey(range(_COUNTED, _SCORES))
-
-    def grey(self) -> None:
-        """Show every score in the muted colour; what is counted is greyed separately."""
-        self.figures.grey(range(_SCORES, self.figures.columnCount()))
+            values = [one.value[name] for one in found]
+            if values and not any(value.exists for value in values):
+                empty[name] = values[0].reason
+        self.figures.set_row_titles(_classes(empty))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Shorten titles where space is short."""
@@ -195,75 +187,30 @@ class ScoreTable(FigureTable):
         self.figures.set_narrow(event.size().width() < NARROW_PX)
 
 
-def _sampled(cells: Cells, row: int, se: float, tip: str, is_resolved: bool) -> tuple[Figure, Figure]:
-    """Return value and change of a class; neither better nor worse within the error of the change, or unresolved."""
-    value, change, change_se = (float(part[row]) for part in (cells.value, cells.change, cells.change_se))
-    is_none, is_sure = math.isnan(value), is_resolved and abs(change) > 2.0 * change_se
-    first = Figure(
-        sampled_text(value, se),
-        (None, None) if is_none else (value, se),
-        tip,
-        tone="muted" if is_none else "text",
-    )
-    tone: Tone = (
-        "muted" if math.isnan(change) else "text" if not is_sure else "more" if change > 0.0 else "less"
-    )
-    second = Figure(
-        sampled_change_text(change, change_se), (None if math.isnan(change) else change,), tip, tone=tone
-    )
-    return first, second
+def _tone(figure: Figure, change: Estimate) -> Tone:
+    if not change.exists or change.value == 0.0:
+        return "muted"
+    tones: dict[str, Tone] = {"better": "more", "worse": "less"}
+    return tones.get(verdict(figure, change), "text")
 
 
-def _tip(predicted: PredictedCells, row: int) -> str:
-    """Describe predicted detection of a class: its value, objects, detector and domain."""
-    value, objects = float(predicted.cells.value[row]), int(predicted.cells.objects[row])
-    lines = [f"Outside the domain: {predicted.outside}"] if predicted.outside else []
-    if objects:
-        error = 100.0 * SURE * float(predicted.se[row])
-        lines.append(f"{WHO[row]}: AP {100.0 * value:.1f} ± {error:.1f} %, over {objects:,} objects")
-        lines.append("± two standard errors, of the calibration and of a sample of frames")
-    else:
-        lines.append(f"{WHO[row]}: no prediction for the objects in these frames")
-    lines.append(predicted.about)
-    if said := found_text(predicted, (row,)):
-        lines += [said, predicted.found.about if predicted.found else ""]
-    return "\n".join(lines)
-
-
-def found_text(predicted: PredictedCells, rows: Iterable[int] = range(1, len(WHO))) -> str:
-    """Say how many of 100 objects of some of `WHO` are found, with two standard errors, or why the rig is outside the
-    domain; empty where no calibration says so."""
-    found = predicted.found
-    if found is None:
-        return ""
-    shares = {
-        WHO[row]: (float(found.cells.value[row]), SURE * float(found.se[row]))
-        for row in rows
-        if found.cells.objects[row]
-    }
-    said = of_100(shares, found.region)
-    return f"Outside the domain: {found.outside}. {said}" if said and found.outside else said
-
-
-def _classes(scores: Scores | None) -> list[Heading]:
-    """Return the titles of the rows; classes without boxes are muted."""
-    empty = [name for name in CLASSES if scores is not None and not scores.classes[name].h_total > 0.0]
+def _classes(empty: Mapping[str, str]) -> list[Heading]:
+    """Return the titles of the rows; classes without anything to measure are muted, with the reason."""
     return [
-        Heading(
-            name,
-            NOTHING_NOTE if name in empty else "",
-            colour=CLASS_COLOURS[name],
-            is_muted=name in empty,
-        )
+        Heading(name, empty.get(name, ""), colour=CLASS_COLOURS[name], is_muted=name in empty)
         for name in CLASSES
     ]
 
 
-def _headings(column: Column) -> tuple[Heading, Heading]:
-    unit = "fraction" if column.is_share else "nat"
-    copied = (f"{column.title} ({unit})", *(("standard error",) if column in (PREDICTED, ON_TARGET) else ()))
-    shown = "" if column.is_share else ", 10³ nat"
+def _headings(figure: Figure) -> tuple[Heading, Heading]:
+    unit, errors = EXACT_UNITS[figure.unit], ("standard error",) if figure.needs == "objects" else ()
+    shown = f", {UNITS[figure.unit]}" if figure.unit == "nat" else ""
     return (
-        Heading(f"{column.title}{shown}", column.tip, f"{column.short}{shown}", copied=copied),
+        Heading(
+            f"{figure.title}{shown}",
+            figure.tip,
+            f"{figure.short}{shown}",
+            copied=(f"{figure.title} ({unit})", *errors),
+        ),
         Heading("change", CHANGE_TIP, copied=(f"change ({unit})",)),
     )

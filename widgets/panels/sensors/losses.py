@@ -1,43 +1,43 @@
-"""Describe what the rig loses without one sensor, in each of the three figures; numbers, words and directions."""
+"""Describe what the rig loses without one sensor, figure by figure; numbers, words and directions."""
 
 from __future__ import annotations
 
-import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
 
-from riglens.core.metric.scores import Scores
+from riglens.core.figures.figure import ALL, Estimate, Figure
+from riglens.core.figures.text import UNITS, change_text, change_unit, exact_text, in_unit, value_text
+from riglens.core.figures.values import Values, class_figures
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.targets.quantities import Figures
-from riglens.widgets.panels.scores.text import NONE, ON_TARGET, change_text, column_of, share_text
+from riglens.core.shown_values import NONE
 
-Measure = Literal["on_target", "seen", "s_ms"]
-MEASURES: dict[Measure, tuple[str, str]] = {
-    "on_target": (
-        "On target",
-        "Loss of the mean on target of all objects without this sensor, in percentage points.",
-    ),
-    "seen": (
-        "Seen",
-        "Loss of coverage without this sensor, in percentage points of H(Ω) of all classes together.",
-    ),
-    "s_ms": (
-        "S-MS",
-        "Change of S-MS of all classes together without this sensor, in 10³ nat; the arrow shows the direction.",
-    ),
-}
-"""Titles of the measures, and their meaning."""
-HEADINGS: dict[Measure, str] = {"on_target": "Loss, pp ▾", "seen": "Loss, pp ▾", "s_ms": "10³ nat ▾"}
-"""Headings of the losses in the list: their unit."""
 FOLLOWS = "…"
+Losses = Mapping[str, "Loss"]
+"""By key of the measure, as far as they are known."""
 
 
-@dataclass(frozen=True)
-class Known:
-    """Figures of a rig known so far: its scores and its figures of objects."""
+def measures() -> dict[str, Figure]:
+    """Return the figures in which a loss is measured, by key: those that lead."""
+    return {figure.key: figure for figure in class_figures() if figure.leads}
 
-    scores: Scores | None = None
-    figures: Figures | None = None
+
+def usual_measure() -> Figure:
+    """Return the figure in which losses are shown where none is chosen: the first of voxels, which every scene has."""
+    return next(one for one in measures().values() if one.needs == "voxels")
+
+
+def heading(measure: Figure) -> str:
+    """Return the heading of losses in the list: their unit."""
+    unit = change_unit(measure)
+    return f"{unit} ▾" if measure.better == "neither" else f"Loss, {unit} ▾"
+
+
+def meaning(measure: Figure) -> str:
+    """Return what a loss in a measure is."""
+    if measure.better == "neither":
+        unit = UNITS[measure.unit]
+        return f"Change of {measure.title} without this sensor, in {unit}; the arrow shows the direction."
+    return f"Loss of {measure.title} without this sensor, in {change_unit(measure)}. {measure.question}"
 
 
 @dataclass(frozen=True)
@@ -49,78 +49,51 @@ class Loss:
     tip: str
 
 
-def loss_of(measure: Measure, now: Known, without: Known) -> Loss | None:
-    """Return the loss without a sensor in a measure; None while it is not known."""
-    change = changed(measure, now, without)
-    if change is None:
+def losses_of(now: Values, without: Values) -> Losses:
+    """Return the losses without a sensor, of all classes together, in every measure in which they are known."""
+    known, found = measures(), dict[str, Loss]()
+    lines = [
+        f"{name}: "
+        + ", ".join(f"{one.title} {class_change(one, name, now, without)[0]}" for one in known.values())
+        for name in CLASSES
+    ]
+    tip = "\n".join(["Without it, exactly:", *lines])
+    for key, measure in known.items():
+        change = changed(measure, ALL, now, without)
+        if change is not None:
+            found[key] = _loss(measure, change, tip)
+    return found
+
+
+def _loss(measure: Figure, change: Estimate, tip: str) -> Loss:
+    if not change.exists:
+        return Loss(None, NONE, f"{change.reason}\n{tip}")
+    size = in_unit(measure, change.value)
+    if measure.better == "neither":
+        arrow = "↑" if size > 0.0 else "↓" if size else ""
+        return Loss(abs(size), f"{abs(size):.2f}{arrow}", tip)
+    lost = -size if measure.better == "more" else size
+    return Loss(max(lost, 0.0), f"{lost:.2f}".replace("-0.00", "0.00"), tip)
+
+
+def changed(measure: Figure, who: str, now: Values, without: Values) -> Estimate | None:
+    """Return the change of a measure of a class or of `ALL` without a sensor; None while it is not known.
+
+    A rig that loses its last sensor of a kind loses all of the figures that only this kind makes.
+    """
+    mine, theirs = (known[measure.key][who] if measure.key in known else None for known in (now, without))
+    if mine is None or theirs is None:
         return None
-    tip = "\n".join(["Without it, exactly:", *(_class_line(name, now, without) for name in CLASSES)])
-    if math.isnan(change):
-        return Loss(None, NONE, tip)
-    if measure == "s_ms":
-        return Loss(
-            abs(change), f"{abs(change) / 1000:.2f}{'↑' if change > 0 else '↓' if change else ''}", tip
-        )
-    return Loss(max(-change, 0.0), f"{-100 * change:.2f}".replace("-0.00", "0.00"), tip)
+    return Estimate(theirs.value - mine.value, objects=mine.objects) if mine.exists else mine
 
 
-def changed(measure: Measure, now: Known, without: Known) -> float | None:
-    """Return the change without a sensor, of all classes together: a fraction, or nat; None while it is not known."""
-    if measure == "on_target":
-        if now.figures is None or without.figures is None:
-            return None
-        objects = sum(found.objects for found in now.figures.values())
-        total = sum(
-            found.objects * (without.figures[name].on_target - found.on_target)
-            for name, found in now.figures.items()
-            if found.objects
-        )
-        return total / objects if objects else math.nan
-    if now.scores is None or without.scores is None:
-        return None
-    if measure == "seen":
-        return -lost_share(now.scores, without.scores)
-    classes = without.scores.classes
-    return sum(classes[name].s_ms - found.s_ms for name, found in now.scores.classes.items())
-
-
-def seen_entropy_nat(scores: Scores, class_name: str) -> float:
-    """Return the entropy of a class, in nat, that any sensor sees."""
-    found = scores.classes[class_name]
-    return found.any_seen * found.h_total
-
-
-def lost_share(now: Scores, without: Scores) -> float:
-    """Return the share of the entropy of all classes, 0 to 1, that is seen now but not without the sensor."""
-    total = sum(scores.h_total for scores in now.classes.values())
-    lost = sum(seen_entropy_nat(now, name) - seen_entropy_nat(without, name) for name in now.classes)
-    return lost / total if total else 0.0
-
-
-def class_change(key: Measure, class_name: str, now: Known, without: Known) -> tuple[str, str]:
+def class_change(measure: Figure, class_name: str, now: Values, without: Values) -> tuple[str, str]:
     """Return the change of a measure in a class without the sensor, in short and exactly."""
-    if key == "on_target":
-        if now.figures is None or without.figures is None:
-            return FOLLOWS, ""
-        one, other = now.figures[class_name], without.figures[class_name]
-        change = other.on_target - one.on_target
-        if math.isnan(change):
-            return NONE, "no objects of this class"
-        exact = f"{change!r} of {one.objects:,} objects, now {share_text(one.on_target)}"
-        return change_text(change, ON_TARGET), exact
-    if now.scores is None or without.scores is None:
+    change = changed(measure, class_name, now, without)
+    if change is None:
         return FOLLOWS, ""
-    column, mine, theirs = column_of(key), now.scores.classes[class_name], without.scores.classes[class_name]
-    change = column.value(theirs) - column.value(mine)
-    if math.isnan(change):
-        return NONE, "no boxes of this class"
-    if key == "s_ms":
-        return change_text(change, column), f"{change!r} nat"
-    nat = seen_entropy_nat(without.scores, class_name) - seen_entropy_nat(now.scores, class_name)
-    return change_text(change, column), f"{change!r} of H(Ω), {nat!r} nat"
-
-
-def _class_line(name: str, now: Known, without: Known) -> str:
-    return f"{name}: " + ", ".join(
-        f"{title} {class_change(key, name, now, without)[0]}" for key, (title, _) in MEASURES.items()
-    )
+    if not change.exists:
+        return NONE, change.reason
+    objects = f" of {change.objects:,} objects" if change.objects else ""
+    before = value_text(measure, now[measure.key][class_name].value)
+    return change_text(measure, change.value), f"{exact_text(measure, change.value)}{objects}, now {before}"

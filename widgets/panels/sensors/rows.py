@@ -22,7 +22,7 @@ from riglens.core.shown_text import visible
 from riglens.widgets.panels.controls.icons import icon
 from riglens.widgets.panels.controls.item_views import BAR_COLOUR, BAR_SHARE, BarDelegate
 from riglens.widgets.panels.controls.style import numbers_font, plain_tip, tones
-from riglens.widgets.panels.sensors.losses import HEADINGS, MEASURES, Loss
+from riglens.widgets.panels.sensors.losses import Loss
 from riglens.widgets.theme import LINKED_COLOUR
 
 
@@ -35,7 +35,8 @@ MODIFIED = "*"
 SIGN_PX = 18
 """Room for the warning sign."""
 NAME, TYPE, LOSS, LOCK, EYE = range(5)
-TITLES = ("Sensor", "Type", HEADINGS["seen"], "", "")
+TITLES = ("Sensor", "Type", "", "", "")
+"""The measure of losses has its title from the list."""
 SENSOR_NAME = Qt.ItemDataRole.UserRole
 PROBLEM = Qt.ItemDataRole.UserRole.value + 3
 WIDTHS_PX = {TYPE: 50, LOSS: 92, LOCK: 22, EYE: 24}
@@ -43,11 +44,11 @@ _FIXED_FLAGS = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
 _EDIT_FLAGS = _FIXED_FLAGS | Qt.ItemFlag.ItemIsEditable | Qt.ItemFlag.ItemIsUserCheckable
 FAILED = "failed"
 FAILED_TIP = "Failed: all figures are those without it. The rig itself is unchanged."
-CHOICE_TIP = "Click to choose the measure: on target, seen or S-MS."
+CHOICE_TIP = "Click to choose the measure."
 TIPS = (
     "Tick: included in the scores. F2 or double-click: rename. Ctrl and Shift select several.",
     "Channels of a LiDAR, horizontal field of view of a camera; * differs from the library",
-    f"Loss in {MEASURES['seen'][0]}: {MEASURES['seen'][1]}\n{CHOICE_TIP}",
+    CHOICE_TIP,
     "Locked sensors cannot be moved, edited or deleted.",
     "Shown or hidden in the view; the scores include it either way.",
 )

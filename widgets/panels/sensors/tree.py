@@ -20,6 +20,7 @@ from PySide6.QtCore import (
 from PySide6.QtGui import QBrush, QColor, QMouseEvent, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QAbstractItemView, QMenu, QTreeWidget, QTreeWidgetItem, QWidget
 
+from riglens.core.figures.figure import Figure
 from riglens.core.rig.edits import partner_of
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.sensors.registry import kinds, shown_kinds
@@ -28,7 +29,7 @@ from riglens.widgets.panels.controls.icons import icon
 from riglens.widgets.panels.controls.item_views import BAR_SHARE, give_context_menu
 from riglens.widgets.panels.controls.menus import add_entry
 from riglens.widgets.panels.controls.style import tones
-from riglens.widgets.panels.sensors.losses import HEADINGS, MEASURES, Loss, Measure
+from riglens.widgets.panels.sensors.losses import Loss, heading, meaning, usual_measure
 from riglens.widgets.panels.sensors.rows import (
     CHOICE_TIP,
     EYE,
@@ -86,6 +87,7 @@ class SensorList(QTreeWidget):
         self._selection: Names = ()
         self._rig, self._problems = Rig(), dict[str, str]()
         set_up_columns(self)
+        self.show_measure(usual_measure())
         self.setIndentation(6)
         self.setRootIsDecorated(False)
         self.setUniformRowHeights(True)
@@ -153,11 +155,10 @@ class SensorList(QTreeWidget):
                 if name in self._items:
                     show_loss(self._items[name], loss, largest)
 
-    def show_measure(self, measure: Measure) -> None:
+    def show_measure(self, measure: Figure) -> None:
         """Say in which measure losses are."""
-        title, tip = MEASURES[measure]
-        self.headerItem().setText(LOSS, HEADINGS[measure])
-        self.headerItem().setToolTip(LOSS, f"Loss in {title}: {tip}\n{CHOICE_TIP}")
+        self.headerItem().setText(LOSS, heading(measure))
+        self.headerItem().setToolTip(LOSS, f"{meaning(measure)}\n{CHOICE_TIP}")
         for row in self._rows:
             if row.text(LOSS) != FAILED:
                 row.setText(LOSS, "")

@@ -11,7 +11,9 @@ from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QSpinBox, QToolButton, QVBoxLayout, QWidget
 
-from riglens.core.targets.quantities import Quantity, quantities_of
+from riglens.core.figures.objects import ObjectFigure
+from riglens.core.figures.registry import object_figures
+from riglens.core.figures.values import FigureCells
 from riglens.core.targets.settings import TargetSettings
 from riglens.widgets.panels.controls.building import button, filled, plain_label, tool
 from riglens.widgets.panels.controls.icons import icon
@@ -22,8 +24,7 @@ from riglens.widgets.panels.targets.table import TargetTable
 
 if TYPE_CHECKING:  # made by the thread that counts, which loads the compiler
     from riglens.core.targets.calibration import Domain
-    from riglens.core.targets.scores import TargetScores
-    from riglens.core.targets.traffic import Traffic
+    from riglens.core.targets.counts import Counted
 
 FRAME_TIP = (
     "Show one frame in the 3D view: objects coloured by their LiDAR points (red none, "
@@ -60,21 +61,21 @@ class TargetsPanel(QWidget):
         super().__init__(parent)
         as_panel(self)
         self._settings = settings
-        self._shown: tuple[Traffic, TargetScores, TargetScores, str] | None = None
+        self._shown: tuple[Counted, Counted, str] | None = None
         self._is_stale = self._is_behind = False
         self.table, self.rose = TargetTable(), RoseView()
-        self._quantity, self._region, self._points = ChoiceBox(), ChoiceBox(), QSpinBox()
+        self._choice, self._region, self._points = ChoiceBox(), ChoiceBox(), QSpinBox()
         self._note = plain_label(WAITING, "hint", shrinks=True)
-        self._quantities: tuple[Quantity, ...] = ()
+        self._figures: tuple[ObjectFigure, ...] = ()
         self._said = ""
         body = filled(QHBoxLayout(), self.table, 1, self.rose, spacing=0)
         filled(QVBoxLayout(self), body, 1, self._controls(), spacing=0)
         self.table.row_chosen.connect(self._show_rose)
 
     def _controls(self) -> QHBoxLayout:
-        self._quantity.setObjectName("target_quantity")
+        self._choice.setObjectName("target_quantity")
         self._offer(())
-        self._quantity.currentIndexChanged.connect(lambda _: self._show())
+        self._choice.currentIndexChanged.connect(lambda _: self._show())
         self._region.setObjectName("target_region")
         for title, tip in REGIONS.items():
             self._region.addItem(title)
@@ -89,7 +90,7 @@ class TargetsPanel(QWidget):
         self._points.setToolTip(POINTS_TIP)
         self._points.valueChanged.connect(self._on_points)
         row = filled(
-            QHBoxLayout(), QLabel("Show"), self._quantity, self._region, QLabel("Detected from"), self._points,
+            QHBoxLayout(), QLabel("Show"), self._choice, self._region, QLabel("Detected from"), self._points,
             margins=(MARGIN, 5, MARGIN, 6), spacing=SPACING,
         )  # fmt: skip
         row.addSpacing(SPACING)
@@ -103,12 +104,12 @@ class TargetsPanel(QWidget):
         """Return the controls that choose the frame in the 3D view; disabled until there is one."""
         self._frame_on = button(QToolButton(), tip=FRAME_TIP, name="frame_on", text="Frame")
         self._frame_on.setCheckable(True)
-        self._frame_on.toggled.connect(lambda _: self._tell_frame())
+        self._frame_on.toggled.connect(lambda _: self._emit_frame())
         self._frame = QSpinBox()
         self._frame.setObjectName("frame_number")
         self._frame.setKeyboardTracking(False)
         self._frame.setToolTip("Number of the frame in the data, from 0.")
-        self._frame.valueChanged.connect(lambda _: self._tell_frame())
+        self._frame.valueChanged.connect(lambda _: self._emit_frame())
         self._play = tool(icon("play"), tip="Play all frames.", name="play_frames")
         self._play.setCheckable(True)
         self._play.toggled.connect(self.play_wanted)
@@ -137,7 +138,7 @@ class TargetsPanel(QWidget):
             self._play.setChecked(is_playing)
         self._play.setIcon(icon("pause" if is_playing else "play"))
 
-    def _tell_frame(self) -> None:
+    def _emit_frame(self) -> None:
         self.frame_wanted.emit(self._frame.value() if self._frame_on.isChecked() else None)
 
     def say(self, text: str, stays: bool = False) -> None:
@@ -153,28 +154,28 @@ class TargetsPanel(QWidget):
             self._show_note()
 
     @property
-    def quantity(self) -> Quantity:
-        """Return the quantity shown."""
-        return self._quantities[self._quantity.currentIndex()]
+    def figure(self) -> ObjectFigure:
+        """Return the figure shown."""
+        return self._figures[self._choice.currentIndex()]
 
     def choose(self, key: str) -> None:
-        """Show another quantity by its key; ignore unknown keys."""
+        """Show another figure by its key; ignore unknown keys."""
         self._offer((key,))
-        self._quantity.setCurrentIndex(max(self._quantity.findData(key), 0))
+        self._choice.setCurrentIndex(max(self._choice.findData(key), 0))
 
     def _offer(self, kinds: Iterable[str]) -> None:
-        """List the quantities of rigs with sensors of some kinds; the one shown stays."""
-        chosen = self._quantity.currentData()
-        quantities = quantities_of({*kinds, chosen})
-        if [one.key for one in quantities] == [one.key for one in self._quantities]:
+        """List the figures of rigs with sensors of some kinds; the one shown stays."""
+        chosen = self._choice.currentData()
+        figures = object_figures({*kinds, chosen})
+        if [one.key for one in figures] == [one.key for one in self._figures]:
             return
-        self._quantities = quantities
-        with QSignalBlocker(self._quantity):
-            self._quantity.clear()
-            for number, quantity in enumerate(quantities):
-                self._quantity.addItem(quantity.title, quantity.key)
-                self._quantity.setItemData(number, quantity.tip, Qt.ItemDataRole.ToolTipRole)
-            self._quantity.setCurrentIndex(max(self._quantity.findData(chosen), 0))
+        self._figures = figures
+        with QSignalBlocker(self._choice):
+            self._choice.clear()
+            for number, figure in enumerate(figures):
+                self._choice.addItem(figure.title, figure.key)
+                self._choice.setItemData(number, figure.tip, Qt.ItemDataRole.ToolTipRole)
+            self._choice.setCurrentIndex(max(self._choice.findData(chosen), 0))
 
     def show_settings(self, settings: TargetSettings) -> None:
         """Show settings that were chosen elsewhere."""
@@ -182,9 +183,9 @@ class TargetsPanel(QWidget):
         with QSignalBlocker(self._points):
             self._points.setValue(settings.min_points)
 
-    def show_counts(self, traffic: Traffic, now: TargetScores, before: TargetScores, baseline: str) -> None:
+    def show_counts(self, now: Counted, before: Counted, baseline: str) -> None:
         """Show counts next to those of the baseline, which is called `baseline`; both from the same frames."""
-        self._shown, self._is_stale = (traffic, now, before, baseline), False
+        self._shown, self._is_stale = (now, before, baseline), False
         self._offer((*now.objects.returns, *before.objects.returns))
         self._show()
 
@@ -211,10 +212,11 @@ class TargetsPanel(QWidget):
         self._is_behind = self._shown is not None and not self.isVisible()
         if self._shown is None or self._is_behind:
             return
-        from riglens.core.targets.tables import table_of  # loads the compiler: not while the window opens
-
-        traffic, now, before, baseline = self._shown
-        self.table.show_table(table_of(traffic, now, before, self.quantity, self._domain(now)), baseline)
+        now, before, baseline = self._shown
+        domain = self._domain(now)
+        whole = FigureCells.of(self.figure, now, before, "all", domain)
+        rings = FigureCells.of(self.figure, now, before, "ring", domain)
+        self.table.show_figure(whole, rings, now.groups.edges_m.tolist(), baseline)
         self._show_rose()
         self._show_note()
         if self._is_stale:
@@ -222,19 +224,17 @@ class TargetsPanel(QWidget):
 
     def _show_note(self) -> None:
         if self._shown is not None and not self._said:
-            traffic, now, _, _ = self._shown
-            self._note.setText(_note(traffic, now, self._domain(now)))
-            self._note.setToolTip(self.quantity.tip)
+            now, _, _ = self._shown
+            self._note.setText(_note(now, self._domain(now)))
+            self._note.setToolTip(self.figure.tip)
 
     def _show_rose(self) -> None:
         if self._shown is not None and not self._is_behind:
-            from riglens.core.targets.tables import rose_of  # as above
+            now, before, baseline = self._shown
+            cells = FigureCells.of(self.figure, now, before, "ring and sector", self._domain(now))
+            self.rose.show_figure(cells, self.table.who, now.groups.edges_m.tolist(), baseline)
 
-            traffic, now, before, baseline = self._shown
-            who, domain = self.table.who, self._domain(now)
-            self.rose.show_rose(rose_of(traffic, now, before, self.quantity, who, domain), baseline)
-
-    def _domain(self, now: TargetScores) -> Domain | None:
+    def _domain(self, now: Counted) -> Domain | None:
         """Return the domain whose objects are shown; None for all that count."""
         return now.calibration.domain if self._region.currentIndex() else None
 
@@ -243,12 +243,11 @@ class TargetsPanel(QWidget):
         self.settings_wanted.emit(self._settings)
 
 
-def _note(traffic: Traffic, scores: TargetScores, domain: Domain | None) -> str:
+def _note(counted: Counted, domain: Domain | None) -> str:
     """Describe the number of objects, in a domain or of all, and of frames, and the accuracy."""
-    box = scores.objects.box
-    users = f"{len(box):,} objects within {scores.within_m:g} m"
+    users = f"{len(counted.objects.box):,} objects within {counted.within_m:g} m"
     if domain is not None:
-        users = f"{np.count_nonzero(domain.holds(traffic.centre_m[box])):,} objects {domain.region}"
-    if scores.frames_used == scores.frames:
-        return f"{users}, all {scores.frames:,} frames"
-    return f"{users}, sample of {scores.frames_used:,} of {scores.frames:,} frames, ± two standard errors"
+        users = f"{np.count_nonzero(counted.groups.inside(domain)):,} objects {domain.region}"
+    if counted.is_whole:
+        return f"{users}, all {counted.frames:,} frames"
+    return f"{users}, sample of {counted.frames_used:,} of {counted.frames:,} frames, ± two standard errors"

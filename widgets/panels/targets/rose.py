@@ -1,18 +1,20 @@
-"""The rose: a quantity by sector and ring around the car, seen from above, with the front upwards."""
+"""The rose: a figure by sector and ring around the car, seen from above, with the front upwards."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from PySide6.QtCore import QEvent, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QHelpEvent, QPainter, QPainterPath, QPaintEvent, QPen
 from PySide6.QtWidgets import QToolTip, QWidget
 
+from riglens.core.figures.figure import ALL, Estimate
+from riglens.core.figures.text import tip_text
+from riglens.core.figures.values import FigureCells
 from riglens.core.scene.sectors import SECTORS, sector_of
-from riglens.core.targets.quantities import Rose
 from riglens.widgets.panels.controls.style import plain_tip, tones
 from riglens.widgets.panels.targets.table import TITLES
-from riglens.widgets.panels.targets.text import tip_text
 
 SIDE_PX, LEAST_PX, MARGIN_PX = 212, 120, 16
 _CAR = (0.5, 0.22)
@@ -20,21 +22,33 @@ _CAR = (0.5, 0.22)
 
 
 class RoseView(QWidget):
-    """Chart of one `Rose`: the stronger the colour, the larger the quantity; empty without objects."""
+    """Chart of a figure of one row: the stronger the colour, the larger the figure; empty without objects."""
 
     def __init__(self) -> None:
         super().__init__()
-        self._rose: Rose | None = None
+        self._shown: FigureCells | None = None
+        self._who, self._edges_m = ALL, tuple[float, ...]()
         self._baseline = ""
         self._is_stale = False
         self.setMinimumHeight(LEAST_PX)
         self.setFixedWidth(SIDE_PX)
         self.setAccessibleName("Targets by sector and ring")
 
-    def show_rose(self, rose: Rose, baseline: str) -> None:
-        """Show the numbers, and in tooltips what they change against."""
-        self._rose, self._baseline, self._is_stale = rose, baseline, False
+    def show_figure(self, cells: FigureCells, who: str, edges_m: Sequence[float], baseline: str) -> None:
+        """Show a figure of a row by ring and sector, and in tooltips what it changes against."""
+        self._shown, self._who, self._edges_m = cells, who, tuple(edges_m)
+        self._baseline, self._is_stale = baseline, False
         self.update()
+
+    def _at(self, ring: int, sector: int) -> tuple[Estimate, Estimate]:
+        """Return the figure of a wedge, and its change."""
+        assert self._shown is not None
+        return self._shown.at(self._who, ring * len(SECTORS) + sector)
+
+    @property
+    def _wedges(self) -> list[tuple[int, int]]:
+        rings, sectors = range(len(self._edges_m) - 1), range(len(SECTORS))
+        return [(ring, sector) for ring in rings for sector in sectors]
 
     def grey(self) -> None:
         """Show that the numbers are out of date."""
@@ -45,39 +59,29 @@ class RoseView(QWidget):
         """Draw wedges from the middle outwards, the car, and the distances of the rings."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        if self._rose is None:
+        if self._shown is None:
             return
-        rings = len(self._rose.edges_m) - 1
-        largest = self._largest()
-        for ring in range(rings):
-            for sector in range(len(SECTORS)):
-                self._draw_wedge(painter, ring, sector, largest)
+        found = {wedge: self._at(*wedge)[0] for wedge in self._wedges}
+        largest = max((one.value for one in found.values() if one.exists), default=1.0) or 1.0
+        for wedge, value in found.items():
+            self._draw_wedge(painter, wedge, value, largest)
         self._draw_car(painter)
         self._draw_distances(painter)
 
-    def _largest(self) -> float:
-        """Return the largest value."""
-        assert self._rose is not None
-        values = self._rose.cells.value
-        found = [float(value) for value in values.ravel() if not math.isnan(value)]
-        return max(found, default=1.0) or 1.0
-
-    def _draw_wedge(self, painter: QPainter, ring: int, sector: int, largest: float) -> None:
-        assert self._rose is not None
-        cells = self._rose.cells
+    def _draw_wedge(self, painter: QPainter, wedge: tuple[int, int], value: Estimate, largest: float) -> None:
         painter.setPen(QPen(QColor(tones().border), 1.0))
-        if not cells.objects[ring, sector]:
+        if not value.exists:
             painter.setBrush(Qt.BrushStyle.NoBrush)
         else:
             colour = QColor(tones().muted if self._is_stale else tones().accent)
-            colour.setAlphaF(0.06 + 0.84 * self._strength(float(cells.value[ring, sector]), largest))
+            colour.setAlphaF(0.06 + 0.84 * self._strength(value.value, largest))
             painter.setBrush(colour)
-        painter.drawPath(self._wedge(ring, sector))
+        painter.drawPath(self._wedge(*wedge))
 
     def _strength(self, value: float, largest: float) -> float:
         """Return the strength of a value's colour, 0 to 1: shares as they are, points and pixels by their logarithm."""
-        assert self._rose is not None
-        if self._rose.quantity.unit == "share":
+        assert self._shown is not None
+        if self._shown.figure.unit == "share":
             return min(1.0, max(0.0, value))
         return math.log1p(value) / math.log1p(largest)
 
@@ -105,12 +109,11 @@ class RoseView(QWidget):
 
     def _draw_distances(self, painter: QPainter) -> None:
         """Name the outermost ring and the middle one, next to the sector on the right."""
-        assert self._rose is not None
         font = painter.font()
         font.setPointSizeF(font.pointSizeF() * 0.8)
         painter.setFont(font)
         painter.setPen(QColor(tones().muted))
-        edges, rings = self._rose.edges_m, len(self._rose.edges_m) - 1
+        edges, rings = self._edges_m, len(self._edges_m) - 1
         centre, radius = self._centre(), self._radius(rings)
         room = QRectF(
             centre.x() + 0.55 * radius, centre.y() + 0.86 * radius, 0.5 * radius + MARGIN_PX, MARGIN_PX
@@ -129,26 +132,25 @@ class RoseView(QWidget):
 
     def text_at(self, place: QPointF) -> str:
         """Describe the wedge at a place of the widget, empty where there is none."""
-        if self._rose is None:
+        if self._shown is None:
             return ""
-        away = place - self._centre()
+        away, edges = place - self._centre(), self._edges_m
         distance = math.hypot(away.x(), away.y())
-        rings = len(self._rose.edges_m) - 1
-        ring = next((ring for ring in range(rings) if distance < self._radius(ring + 1)), None)
+        ring = next((ring for ring in range(len(edges) - 1) if distance < self._radius(ring + 1)), None)
         if ring is None:
             return ""
-        sector, edges = int(sector_of(-away.y(), -away.x())), self._rose.edges_m
-        where = f"{TITLES[self._rose.who]}, {SECTORS[sector]}, {edges[ring]:g}–{edges[ring + 1]:g} m"
-        return tip_text(self._rose.quantity, where, self._rose.cells, (ring, sector), self._baseline)
+        sector = int(sector_of(-away.y(), -away.x()))
+        where = f"{TITLES[self._who]}, {SECTORS[sector]}, {edges[ring]:g}–{edges[ring + 1]:g} m"
+        value, change = self._at(ring, sector)
+        return tip_text(self._shown.figure, where, value, change, self._baseline)
 
     def _centre(self) -> QPointF:
         return QPointF(self.width() / 2.0, self.height() / 2.0 + 2.0)
 
     def _radius(self, edge: int) -> float:
         """Return the radius of an edge between rings, in proportion to its distance."""
-        assert self._rose is not None
         room = min(self.width(), self.height()) / 2.0 - MARGIN_PX
-        return room * self._rose.edges_m[edge] / self._rose.edges_m[-1]
+        return room * self._edges_m[edge] / self._edges_m[-1]
 
 
 def _square(centre: QPointF, radius: float) -> QRectF:

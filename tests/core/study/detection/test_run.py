@@ -20,8 +20,8 @@ import pytest
 from riglens.core.detect.net import machine
 from riglens.core.detect.pillars import FEATURES
 from riglens.core.errors import InputError
+from riglens.core.pieces.backend import Backend, workers_at
 from riglens.core.pieces.cluster import cluster_workers
-from riglens.core.pieces.where import Where, workers_at
 from riglens.core.pieces.work import OwnProcess
 from riglens.core.rig.model import Camera
 from riglens.core.simulate.motion import Motion
@@ -53,7 +53,7 @@ def small_study() -> Study:
 def with_processes(
     study: Study, folder: Path, count: int, tell: Callable[[StudyProgress], None] = lambda told: None
 ) -> Pieces:
-    with workers_at(Where(count), len(jobs(study))) as workers:
+    with workers_at(Backend(count), len(jobs(study))) as workers:
         return run(study, folder, workers, tell)
 
 

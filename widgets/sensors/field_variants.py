@@ -1,4 +1,4 @@
-"""Fields of a sensor that can be given in several ways: which way is in use, and the same sensor given in another."""
+"""Fields of a sensor that can be given in several ways: which one is in use, and the same sensor given in another."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from riglens.core.sensors.base import Frozen
+from riglens.core.plain import Frozen
 from riglens.core.sensors.camera import Camera
 from riglens.core.sensors.lens import BrownConrady, KannalaBrandt
 from riglens.core.sensors.lidar import TURN, Lidar, LinearAngles
@@ -16,8 +16,8 @@ from riglens.core.sensors.scan import RayTable, Scan, Swing
 
 
 @dataclass(frozen=True)
-class Way:
-    """One way; `fields` of the sensor are edited, or those of the `model` that the value then is; `note` says what
+class FieldVariant:
+    """One variant; `fields` of the sensor are edited, or those of the `model` that the value then is; `note` says what
     cannot be edited."""
 
     title: str
@@ -29,17 +29,17 @@ class Way:
 
 
 @dataclass(frozen=True)
-class Ways:
+class FieldVariants:
     """Alternative ways to specify a property; `fields` of the sensor take part in it."""
 
     name: str
     title: str
     tip: str
     fields: tuple[str, ...]
-    ways: tuple[Way, ...]
+    variants: tuple[FieldVariant, ...]
 
 
-def _angles(field: str, title: str, tip: str) -> Ways:
+def _angles(field: str, title: str, tip: str) -> FieldVariants:
     def doubles(lidar: Lidar) -> tuple[float, ...]:
         return tuple(float(angle) for angle in kind_of(lidar).spelled_out[field](lidar))
 
@@ -53,15 +53,15 @@ def _angles(field: str, title: str, tip: str) -> Ways:
     def by_pattern(lidar: Lidar) -> Lidar:
         raise ValueError("choose a scan pattern under Rays")
 
-    even = Way("evenly spaced", is_even, evenly, model=LinearAngles)
-    listed = Way(
+    even = FieldVariant("evenly spaced", is_even, evenly, model=LinearAngles)
+    listed = FieldVariant(
         "list",
         lambda lidar: lidar.rays is None and not is_even(lidar),
         lambda lidar: lidar.replace(**{field: doubles(lidar)}),
         (field,),
     )
-    pattern = Way("scan pattern", lambda lidar: lidar.rays is not None, by_pattern)
-    return Ways(field, title, tip, (field,), (even, listed, pattern))
+    pattern = FieldVariant("scan pattern", lambda lidar: lidar.rays is not None, by_pattern)
+    return FieldVariants(field, title, tip, (field,), (even, listed, pattern))
 
 
 _PRISMS = Scan(
@@ -87,19 +87,21 @@ def _table_text(lidar: Lidar) -> str:
     table = lidar.rays
     assert isinstance(table, RayTable)
     within = "" if table.integration_s is None else f" of the first {table.integration_s:g} s"
-    return f"{table.file}: {table.ray_count:,} rays{within}, SHA-256 {table.shots().sha256}"
+    return f"{table.file}: {table.ray_count:,} rays{within}, SHA-256 {table.ray_rows().sha256}"
 
 
-LIDAR_WAYS = (
-    Ways(
+LIDAR_VARIANTS = (
+    FieldVariants(
         "rays",
         "Rays",
         "beams that turn, or one by one along a scan pattern",
         ("rays",),
         (
-            Way("beams and azimuths", lambda lidar: lidar.rays is None, Lidar.raster),
-            Way("formula", lambda lidar: isinstance(lidar.rays, Scan), _along_prisms, model=Scan),
-            Way("table", lambda lidar: isinstance(lidar.rays, RayTable), _from_file, note=_table_text),
+            FieldVariant("beams and azimuths", lambda lidar: lidar.rays is None, Lidar.raster),
+            FieldVariant("formula", lambda lidar: isinstance(lidar.rays, Scan), _along_prisms, model=Scan),
+            FieldVariant(
+                "table", lambda lidar: isinstance(lidar.rays, RayTable), _from_file, note=_table_text
+            ),
         ),
     ),
     _angles("elevations_deg", "Elevations", "beam angles, both ends included"),
@@ -118,8 +120,8 @@ def _by_field_of_view(camera: Camera) -> Camera:
     return camera.replace(hfov_deg=hfov_deg, fx=None, fy=None, cx=None, cy=None)
 
 
-def _bent_by(title: str, model: type[BrownConrady] | type[KannalaBrandt]) -> Way:
-    return Way(
+def _bent_by(title: str, model: type[BrownConrady] | type[KannalaBrandt]) -> FieldVariant:
+    return FieldVariant(
         title,
         lambda camera: isinstance(camera.distortion, model),
         lambda camera: _by_focal_lengths(camera).replace(distortion=model()),
@@ -135,36 +137,38 @@ def _fewer_rays(camera: Camera) -> Camera:
 _FEWER = (352, 128)
 """The ray lattice of the paper's cameras."""
 _INTRINSICS = ("fx", "fy", "cx", "cy")
-CAMERA_WAYS = (
-    Ways(
+CAMERA_VARIANTS = (
+    FieldVariants(
         "lens",
         "Lens by",
         "one field of view, or focal lengths and principal point in pixels",
         ("hfov_deg", *_INTRINSICS),
         (
-            Way("field of view", lambda c: c.hfov_deg is not None, _by_field_of_view, ("hfov_deg",)),
-            Way("focal lengths", lambda c: c.hfov_deg is None, _by_focal_lengths, _INTRINSICS),
+            FieldVariant("field of view", lambda c: c.hfov_deg is not None, _by_field_of_view, ("hfov_deg",)),
+            FieldVariant("focal lengths", lambda c: c.hfov_deg is None, _by_focal_lengths, _INTRINSICS),
         ),
     ),
-    Ways(
+    FieldVariants(
         "distortion",
         "Distortion",
         "OpenCV's models; needs focal lengths",
         ("distortion",),
         (
-            Way("none", lambda camera: camera.distortion is None, lambda c: c.replace(distortion=None)),
+            FieldVariant(
+                "none", lambda camera: camera.distortion is None, lambda c: c.replace(distortion=None)
+            ),
             _bent_by("Brown-Conrady", BrownConrady),
             _bent_by("fisheye (Kannala-Brandt)", KannalaBrandt),
         ),
     ),
-    Ways(
+    FieldVariants(
         "cast",
         "Rays",
         "one per pixel, or a lattice of fewer rays as in the paper",
         ("cast",),
         (
-            Way("every pixel", lambda camera: camera.cast is None, lambda c: c.replace(cast=None)),
-            Way("fewer", lambda camera: camera.cast is not None, _fewer_rays, ("cast",)),
+            FieldVariant("every pixel", lambda camera: camera.cast is None, lambda c: c.replace(cast=None)),
+            FieldVariant("fewer", lambda camera: camera.cast is not None, _fewer_rays, ("cast",)),
         ),
     ),
 )

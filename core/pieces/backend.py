@@ -16,7 +16,7 @@ MOST_WORKERS = 1024
 
 
 @dataclass(frozen=True)
-class Where:
+class Backend:
     """Place of the computation: processes on this machine, None for one per core; or a Dask cluster, by its scheduler's
     address."""
 
@@ -33,14 +33,14 @@ class Where:
 
 
 @contextmanager
-def workers_at(where: Where, pieces: int) -> Iterator[Workers]:
+def workers_at(backend: Backend, pieces: int) -> Iterator[Workers]:
     """Start workers for `pieces` pieces while the block runs; a single process is the calling one.
 
     Raise InputError when the cluster cannot be reached, ChildProcessError when workers are lost.
     """
-    count = min(where.workers or os.cpu_count() or 1, pieces)
-    if where.dask is not None:
-        with cluster_workers(where.dask) as cluster:
+    count = min(backend.workers or os.cpu_count() or 1, pieces)
+    if backend.dask is not None:
+        with cluster_workers(backend.dask) as cluster:
             yield cluster
     elif count <= 1:
         yield OwnProcess()

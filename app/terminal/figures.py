@@ -1,0 +1,45 @@
+"""The leading figures of rigs as a table for the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from rich import box
+from rich.table import Table
+from rich.text import Text
+
+from riglens.core.figures.evaluated import Evaluated
+from riglens.core.figures.registry import leading_figures
+from riglens.core.figures.text import UNITS, estimate_text, in_sentence
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.shown_text import visible
+
+
+def leading_table(rigs: Sequence[Evaluated]) -> Iterator[Table | str]:
+    """Yield a table of the leading figures, rigs as rows and a section per class, and the lines that explain it."""
+    wanted, made = leading_figures(), Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 2, 0, 0))
+    made.add_column("", no_wrap=True, overflow="ellipsis", max_width=28)
+    for figure in wanted:
+        unit = f", {UNITS[figure.unit]}" if figure.unit == "nat" else ""
+        made.add_column(f"{figure.title}{unit}", justify="right")
+    reasons = dict[str, None]()
+    for name in CLASSES:
+        made.add_row(Text(name, "bold"))
+        for rig in rigs:
+            found = [figure.of(rig, name) for figure in wanted]
+            cells = (_cell(estimate_text(*pair), pair[1].state) for pair in zip(wanted, found, strict=True))
+            made.add_row(Text(f"  {visible(rig.rig.name)}"), *cells)
+            for figure, one in zip(wanted, found, strict=True):
+                if one.reason:
+                    outside = "outside its domain: " if one.state == "outside" else ""
+                    reasons[f"{visible(rig.rig.name)}: {figure.title}: {outside}{one.reason}."] = None
+        made.add_section()
+    yield made
+    for figure in wanted:
+        yield f"{figure.title}: {in_sentence(figure.tip)} Of {figure.region(rigs[0])}."
+    yield from reasons
+
+
+def _cell(text: str, state: str) -> Text:
+    """Return a figure, in brackets where it is outside its domain."""
+    return Text(f"({text})", "dim") if state == "outside" else Text(text)

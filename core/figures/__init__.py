@@ -1,0 +1,1 @@
+"""Figures of a rig: each number about a rig that the program shows, defined once."""

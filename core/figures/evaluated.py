@@ -1,0 +1,129 @@
+"""Evaluate a rig in a scene, once, for every figure."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Literal
+
+from riglens.core.blind.zones import BlindEngine, BlindMap, BlindSettings
+from riglens.core.engine.engine import Engine, Evaluation
+from riglens.core.errors import IsStale, never_stale
+from riglens.core.geometry import Pose
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.metric.scores import PAPER_SETTINGS, MetricSettings
+from riglens.core.rig.model import Rig, Vehicle
+from riglens.core.targets.counts import Counted
+from riglens.core.targets.engine import TargetEngine
+from riglens.core.targets.settings import USUAL, TargetSettings
+from riglens.core.targets.traffic import Traffic
+
+Need = Literal["voxels", "objects", "ground"]
+"""What has to be evaluated for a figure."""
+BLIND_M = 0.3
+"""Height of the object that must be seen around the car, where none is given: a crawling child."""
+
+
+@dataclass(frozen=True)
+class EvaluationSettings:
+    """Settings of voxels, of objects and of the ground, with the height of the object whose blind area is measured."""
+
+    metric: MetricSettings = PAPER_SETTINGS
+    targets: TargetSettings = USUAL
+    blind: BlindSettings = dataclasses.field(default_factory=BlindSettings)
+    blind_m: float = BLIND_M
+
+
+@dataclass(frozen=True, eq=False)
+class Evaluated:
+    """All that is known of a rig in a scene: the voxels that its sensors see, its hits on objects, and the ground that
+    it sees around the car; None for what was not evaluated."""
+
+    rig: Rig
+    settings: EvaluationSettings
+    field: EntropyField | None = None
+    voxels: Evaluation | None = None
+    objects: Counted | None = None
+    ground: BlindMap | None = None
+
+    @property
+    def voxels_region(self) -> str:
+        """The voxels that count, in words."""
+        if self.field is None:
+            return "no voxels"
+        length, width, height = self.field.grid.roi_m
+        return f"voxels of {length:g} m x {width:g} m x {height:g} m around the car"
+
+    @property
+    def objects_region(self) -> str:
+        """The objects that count, in words."""
+        return "no objects" if self.objects is None else f"objects within {self.objects.within_m:g} m"
+
+    @property
+    def ground_region(self) -> str:
+        """The ground that counts, in words."""
+        return f"ground within {self.settings.blind.within_m:g} m of the car's outline"
+
+
+@dataclass
+class Evaluator:
+    """Evaluates one rig after another in one scene: only what an edit changes is cast again.
+
+    field: for figures of voxels, traffic: for those of objects, None without. For one thread, that of the parallel
+    kernels unless `threads` is 1.
+    """
+
+    field: EntropyField | None = None
+    traffic: Traffic | None = None
+    settings: EvaluationSettings = EvaluationSettings()
+    threads: int | None = None
+    _around: tuple[Vehicle, BlindSettings, BlindEngine] | None = dataclasses.field(
+        default=None, init=False, repr=False
+    )
+
+    def __call__(
+        self,
+        rig: Rig,
+        needs: tuple[Need, ...] = ("voxels", "objects"),
+        frames: int | range | None = None,
+        stance: Pose = Pose(),
+        cancel: IsStale = never_stale,
+        settings: EvaluationSettings | None = None,
+    ) -> Evaluated:
+        """Evaluate a rig for figures with these needs, as far as the scene has what they take.
+
+        frames: of the sampling order in which objects are counted, all by default; stance: of the car, for a rig whose
+        poses are those of a car that stands otherwise than on level ground; settings: other ones than the evaluator's.
+        Raise Cancelled as soon as `cancel` returns True.
+        """
+        how = settings or self.settings
+        found = Evaluated(rig, how, self.field)
+        if "voxels" in needs and self.field is not None:
+            voxels = self.voxels.evaluate(rig, how.metric, False, stance, cancel)
+            found = replace(found, voxels=voxels)
+        if "objects" in needs and self.traffic is not None:
+            objects = self.objects.evaluate(rig, how.targets, frames, stance, cancel)
+            found = replace(found, objects=objects)
+        if "ground" in needs:
+            found = replace(found, ground=self.ground_of(rig, how.blind).evaluate(rig, (), stance))
+        return found
+
+    @cached_property
+    def voxels(self) -> Engine:
+        """The engine of voxels."""
+        assert self.field is not None
+        return Engine(self.field, self.threads)
+
+    @cached_property
+    def objects(self) -> TargetEngine:
+        """The engine of objects."""
+        assert self.traffic is not None
+        return TargetEngine(self.traffic, self.threads)
+
+    def ground_of(self, rig: Rig, settings: BlindSettings) -> BlindEngine:
+        """Return the engine of the ground around a rig's car; it stays until there is another car."""
+        key = (rig.vehicle, settings)
+        if self._around is None or self._around[:2] != key:
+            self._around = (*key, BlindEngine(*key, self.threads))
+        return self._around[2]

@@ -1,0 +1,216 @@
+"""Define figures of objects: one number per object, averaged by class, ring of distance and sector."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from riglens.core.figures.figure import ALL, CLASSES_AND_ALL, Estimate, Figure, absence
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.scene.sectors import SECTORS
+from riglens.core.sensors.registry import kind_named
+
+if TYPE_CHECKING:  # loads the compiler, which a window that opens does not need
+    from riglens.core.figures.evaluated import Evaluated, Need
+    from riglens.core.targets.calibration import Calibration, Domain
+    from riglens.core.targets.counts import Counted
+    from riglens.core.targets.groups import By
+
+Doubles = NDArray[np.float64]
+Counts = NDArray[np.int64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ObjectFigure(Figure):
+    """A figure of objects that hits of sensors make.
+
+    values: one number per object (k,), NaN for objects that do not count; their mean is the figure, or their median
+    where `is_median`. kinds: without an enabled sensor of one of these there is no figure, although a rig that loses
+    the last of them loses all of it; least_kinds: number of kinds of enabled sensors that it takes. calibration: that
+    the figure rests on.
+    """
+
+    values: Callable[[Counted], Doubles]
+    is_median: bool = False
+    kinds: tuple[str, ...] = ()
+    least_kinds: int = 1
+    calibration: Callable[[Counted], Calibration | None] | None = None
+
+    @property
+    def needs(self) -> Need:
+        return "objects"
+
+    def column(self, who: str) -> str:
+        return f"{super().column(who)}.value" if self.calibration is not None else super().column(who)
+
+    def of(self, rig: Evaluated, who: str) -> Estimate:
+        if rig.objects is None:
+            return Estimate.none("no objects were counted")
+        return self.estimates(rig.objects, "all", (who,))[who][0]
+
+    def change(self, now: Evaluated, before: Evaluated, who: str) -> Estimate:
+        if now.objects is None or before.objects is None:
+            return super().change(now, before, who)
+        mine, cells = self.of(now, who), self.cells(now.objects, before.objects)
+        row = CLASSES_AND_ALL.index(who)
+        if not mine.exists or not cells.objects[row, 0]:
+            return mine
+        se, change = float(cells.change_se[row, 0]), float(cells.change[row, 0])
+        return replace(mine, value=change, se=se, sample_se=se)
+
+    def calibrated(self, counted: Counted) -> Calibration | None:
+        """Return the calibration that the figure rests on, None without any."""
+        return None if self.calibration is None else self.calibration(counted)
+
+    def region(self, rig: Evaluated) -> str:
+        calibration = None if rig.objects is None else self.calibrated(rig.objects)
+        return super().region(rig) if calibration is None else f"objects {calibration.domain.region}"
+
+    def lacks(self, counted: Counted) -> str:
+        """Return why a rig has no such figure; "" where it has one."""
+        enabled = {sensor.kind for sensor in counted.rig.sensors if sensor.enabled}
+        if len(enabled) < self.least_kinds:
+            return (
+                "all enabled sensors of the rig are of one kind"
+                if enabled
+                else "the rig has no enabled sensor"
+            )
+        if not self.kinds or enabled & set(self.kinds):
+            return ""
+        titles = [kind.title for name in self.kinds if (kind := kind_named(name)) is not None]
+        return f"the rig has no enabled {' or '.join(titles)}"
+
+    def estimates(
+        self, counted: Counted, by: By, rows: Sequence[str] = CLASSES_AND_ALL
+    ) -> dict[str, list[Estimate]]:
+        """Return the figure in each part of some classes, or of `ALL` together."""
+        lack, calibration, values = self.lacks(counted), self.calibrated(counted), self.values(counted)
+        outside = "" if calibration is None else counted.outside(calibration)
+        errors = np.zeros(len(CLASSES_AND_ALL)) if calibration is None else calibration.errors
+        is_whole = counted.frames_used == counted.frames
+        found = {}
+        for who in rows:
+            row = CLASSES_AND_ALL.index(who)
+            parts, at = counted.groups.parts(by, together=who == ALL), 0 if who == ALL else row - 1
+            objects, means, sample = (one[at].tolist() for one in parts.means(values))
+            if self.is_median:
+                means, sample = parts.medians(values)[at].tolist(), [0.0] * len(objects)
+            own = float(errors[row])
+            cells = []
+            for number, value, se in zip(objects, means, sample, strict=True):
+                whole = math.hypot(se, own) if calibration is not None else se
+                state: Any = "outside" if outside else "exact" if is_whole and not whole else "sampled"
+                estimate = Estimate(value, whole, state, outside, se, number)
+                if not number or lack:
+                    reason = lack or absence(who)
+                    estimate = replace(estimate, state="none", reason=reason, se=0.0 if not number else whole)
+                cells.append(estimate)
+            found[who] = cells
+        return found
+
+    # ------------------------------------------------------------ changes
+    def cells(self, now: Counted, before: Counted, by: By = "all", region: Domain | None = None) -> Cells:
+        """Return the figure of a rig by part, with its change from a baseline in the same frames, object by object;
+        of the objects in the region of a domain alone if one is given. The first row is all classes together."""
+        mine, theirs = self.values(now), self.values(before)
+        if region is not None:
+            mine = np.where(now.groups.inside(region), mine, math.nan)
+        mine, theirs = np.where(np.isnan(theirs), math.nan, mine), np.where(np.isnan(mine), math.nan, theirs)
+        calibration, rows = self.calibrated(now), list[tuple[NDArray[Any], ...]]()
+        for together in (True, False):
+            parts = now.groups.parts(by, together)
+            objects, value, se = parts.means(mine)
+            _, change, change_se = parts.means(mine - theirs)
+            if self.is_median:
+                value, none = parts.medians(mine), np.zeros(value.shape)
+                change, se, change_se = value - parts.medians(theirs), none, none
+            numbers = (np.where(objects > 0, one, math.nan) for one in (value, change))
+            rows.append((objects, *numbers, se, change_se))
+        objects, value, change, se, change_se = (np.concatenate(pair) for pair in zip(*rows, strict=True))
+        if calibration is not None:
+            se = np.where(objects > 0, np.hypot(se, calibration.errors[:, None]), 0.0)
+        return Cells(objects, value, se, change, change_se)
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Numbers of groups of objects, (len(CLASSES_AND_ALL), parts): the count of objects, the figure itself (NaN where
+    there are none), its standard error, the change against a baseline and its error.
+
+    Both rigs meet the same objects, so the error of the change is that of the differences, object by object.
+    """
+
+    objects: Counts
+    value: Doubles
+    se: Doubles
+    change: Doubles
+    change_se: Doubles
+
+    def anchored(self, exact: Cells) -> Cells:
+        """Return exact values of the same baseline plus the changes of this sample, whose errors are those of pairs;
+        the error of a calibration stays."""
+        se = np.hypot(exact.se, self.change_se)
+        return replace(self, value=exact.value - exact.change + self.change, se=se)
+
+
+@dataclass(frozen=True)
+class Part:
+    """Objects of a class from `from_m` up to `to_m` away: their number, and the rig's figures for them by key."""
+
+    from_m: float
+    to_m: float
+    objects: int
+    figures: Mapping[str, Estimate]
+
+    def __getitem__(self, key: str) -> Estimate:
+        return self.figures[key]
+
+    def __getattr__(self, key: str) -> Estimate:
+        """Return the figure of that key, as an attribute."""
+        if not key.startswith("_") and key in self.figures:
+            return self.figures[key]
+        raise AttributeError(f"no figure of objects is called '{key}'")
+
+
+@dataclass(frozen=True)
+class ClassParts:
+    """The figures of a class: for all of its objects, and ring by ring."""
+
+    total: Part
+    rings: tuple[Part, ...]
+
+
+def parts_by_class(
+    counted: Counted, figures: Sequence[ObjectFigure], with_rings: bool = False
+) -> dict[str, ClassParts]:
+    """Return figures of a rig by class, of all objects and, if requested, by ring of distance."""
+    edges_m = counted.groups.edges_m.tolist()
+    totals = _rows(counted, figures, "all", [(0.0, edges_m[-1])])
+    rings = _rows(counted, figures, "ring", list(pairwise(edges_m))) if with_rings else {}
+    return {name: ClassParts(totals[name][0], tuple(rings.get(name, ()))) for name in CLASSES}
+
+
+def parts_by_sector(counted: Counted, figures: Sequence[ObjectFigure]) -> dict[str, dict[str, Part]]:
+    """Return figures of a rig by class and sector, each of all distances."""
+    found = _rows(counted, figures, "sector", [(0.0, counted.within_m)] * len(SECTORS))
+    return {name: dict(zip(SECTORS, found[name], strict=True)) for name in CLASSES}
+
+
+def _rows(
+    counted: Counted, figures: Sequence[ObjectFigure], by: By, places_m: Sequence[tuple[float, float]]
+) -> dict[str, list[Part]]:
+    objects = counted.groups.parts(by).objects
+    columns = {figure.key: figure.estimates(counted, by, CLASSES) for figure in figures}
+
+    def parts(row: int, name: str) -> Iterator[Part]:
+        for place, (from_m, to_m) in enumerate(places_m):
+            each = {key: column[name][place] for key, column in columns.items()}
+            yield Part(from_m, to_m, int(objects[row, place]), each)
+
+    return {name: list(parts(row, name)) for row, name in enumerate(CLASSES)}

@@ -1,0 +1,267 @@
+"""A new figure is one declaration: two made-up figures go through the whole product.
+
+`TWENTY`, a share of objects, leads; `SEEN_TWICE` is of voxels. Nothing else in the program names them.
+"""
+
+import csv
+import io
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pytestqt.qtbot import QtBot
+
+from riglens.app.background.counting import figures_beside_scores
+from riglens.core.figures.coverage import VoxelFigure
+from riglens.core.figures.documents import evaluation_document, objects_document
+from riglens.core.figures.evaluated import Evaluated, Evaluator
+from riglens.core.figures.figure import ALL, CLASSES_AND_ALL
+from riglens.core.figures.objects import ObjectFigure, parts_by_class
+from riglens.core.figures.registry import figure_named, figures, leading_figures, object_figures, registered
+from riglens.core.figures.text import estimate_text
+from riglens.core.figures.values import (
+    FigureCells,
+    Values,
+    compared_scores,
+    values_of_objects,
+    values_of_scores,
+)
+from riglens.core.geometry import Pose
+from riglens.core.metric.scores import PAPER_SETTINGS, MetricSettings
+from riglens.core.review.checking import Check, Subject
+from riglens.core.review.measures import Measures
+from riglens.core.review.requirements import requirements_in
+from riglens.core.review.tolerance import PROFILES, tolerance
+from riglens.core.rig.edits import with_enabled
+from riglens.core.rig.model import Rig
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.sweep.rows import Sweeper, SweepFigures
+from riglens.core.sweep.table import better_of
+from riglens.core.targets.settings import USUAL
+from riglens.core.targets.traffic import Traffic
+from riglens.widgets.panels.compare.model import CompareRow, columns_for, table_text
+from riglens.widgets.panels.scores.panel import ScoresPanel
+from riglens.widgets.panels.sensors.losses import losses_of
+from riglens.widgets.panels.targets.panel import TargetsPanel
+from tests.core.builders import camera, grid_of, random_field, spinning
+from tests.core.targets.cases import random_traffic
+from tools import write_figures
+
+REPOSITORY = Path(__file__).resolve().parents[1]
+TWENTY = ObjectFigure(
+    key="share_20",
+    title="At least 20 points",
+    short="≥ 20 pts",
+    question="Share of objects with at least 20 LiDAR points.",
+    resolved=0.02,
+    leads=True,
+    kinds=("lidar",),
+    values=lambda counted: (counted.objects.all_points >= 20).astype(np.float64),
+)
+UNSEEN = VoxelFigure(
+    key="unseen",
+    title="Unseen by any",
+    question="Share of the class's entropy H(Ω) that no enabled sensor covers.",
+    better="less",
+    leads=True,
+    value=lambda scores: 1.0 - scores.any_seen,
+)
+RIG = Rig(
+    name="mine",
+    sensors=(
+        spinning((0.0, 0.0, 1.8), beams=16, count=360).replace(name="top"),
+        camera((0.5, 0.0, 1.5)).replace(name="front"),
+    ),
+)
+
+
+@pytest.fixture(autouse=True)
+def known() -> Iterator[None]:
+    with registered(TWENTY), registered(UNSEEN):
+        yield
+
+
+@pytest.fixture(scope="module")
+def traffic() -> Traffic:
+    return random_traffic(np.random.default_rng(4), 12)
+
+
+@pytest.fixture
+def evaluator(traffic: Traffic) -> Evaluator:
+    grid = grid_of(40, 40, 8, 0.5)
+    field = random_field(grid, np.random.default_rng(1))
+    return Evaluator(field, traffic, threads=1)
+
+
+@pytest.fixture
+def evaluated(evaluator: Evaluator) -> Evaluated:
+    return evaluator(RIG, ("voxels", "objects", "ground"))
+
+
+def test_every_figure_says_what_it_is() -> None:
+    every = figures()
+    assert len({one.key for one in every}) == len(every)
+    assert len({one.column("car") for one in every}) == len(every)
+    for figure in every:
+        assert figure.title and figure.short and figure.question.endswith(".")
+        assert figure.better == "neither" or "better" in figure.tip
+
+
+def test_the_registry_knows_it_for_a_while() -> None:
+    assert {TWENTY, UNSEEN} <= set(leading_figures()) and TWENTY in object_figures(("lidar",))
+    assert figure_named("share_20") is TWENTY
+    with pytest.raises(ValueError, match="already"), registered(TWENTY):
+        pass
+
+
+def test_it_has_a_value_for_each_class_and_for_all(evaluated: Evaluated) -> None:
+    assert evaluated.objects is not None
+    for figure in (TWENTY, UNSEEN):
+        for who in CLASSES_AND_ALL:
+            found = figure.of(evaluated, who)
+            assert found.exists and 0.0 <= found.value <= 1.0
+            assert figure.change(evaluated, evaluated, who).value == 0.0
+    points = evaluated.objects.objects.all_points
+    assert TWENTY.of(evaluated, ALL).value == pytest.approx((points >= 20).mean())
+
+
+def test_small_changes_are_no_gain_and_the_direction_decides() -> None:
+    assert TWENTY.is_gain(0.01) is None and TWENTY.is_gain(0.03) is True and TWENTY.is_gain(-0.03) is False
+    assert UNSEEN.is_gain(0.01) is False and UNSEEN.is_gain(-0.01) is True
+
+
+def test_the_json_has_it_by_class_ring_and_sector(evaluated: Evaluated) -> None:
+    assert evaluated.field is not None and evaluated.objects is not None
+    document = evaluation_document(evaluated.field, PAPER_SETTINGS, [evaluated])
+    of_car = document["rigs"][0]["classes"]["car"]["figures"]
+    assert of_car["share_20"]["value"] == TWENTY.of(evaluated, "car").value
+    assert of_car["unseen"] == {
+        "value": UNSEEN.of(evaluated, "car").value, "se": 0.0, "state": "exact", "reason": None,
+    }  # fmt: skip
+    assert document["rigs"][0]["figures"]["blind_m2"]["value"] > 0.0
+    objects = objects_document([evaluated.objects])["rigs"][0]["classes"]["car"]
+    assert objects["share_20"] == parts_by_class(evaluated.objects, [TWENTY])["car"].total.share_20.value
+    assert all("share_20" in part for part in (*objects["rings"], *objects["sectors"]))
+    json.dumps(document, allow_nan=False)
+
+
+def test_a_rig_without_the_sensors_that_make_it_has_a_reason_in_place_of_zero(evaluator: Evaluator) -> None:
+    without = evaluator(RIG.model_copy(update={"sensors": RIG.sensors[1:]}))
+    found = TWENTY.of(without, "car")
+    assert found.state == "none" and "LiDAR" in found.reason
+    assert evaluator.field is not None
+    document = evaluation_document(evaluator.field, PAPER_SETTINGS, [without])
+    assert document["rigs"][0]["classes"]["car"]["figures"]["share_20"]["value"] is None
+
+
+def test_a_sweep_has_its_column_with_the_direction(evaluator: Evaluator) -> None:
+    sweeper = Sweeper(SweepFigures(targets=USUAL), RIG, evaluator.field, evaluator.traffic, 1)
+    row = sweeper.row(RIG)
+    assert {"car.share_20", "car.share_20_change", "car.share_20_change_se"} <= row.keys()
+    assert better_of("car.share_20") == better_of("car.share_20_change") == "more"
+    assert better_of("car.unseen") == "less" and better_of("car.share_20_se") == "neither"
+
+
+@pytest.mark.parametrize(
+    ("limit", "status"),
+    [
+        ("{figure: share_20, class: car, at_least: 0.0}", "met"),
+        ("{figure: share_20, class: car, at_most: 0.0, ring_m: [0, 60]}", "not met"),
+        ("{figure: unseen, class: car, at_most: 1.0}", "met"),
+        ("{figure: unseen, class: car, at_least: 1.0}", "not met"),
+    ],
+)
+def test_a_file_of_requirements_can_limit_it(evaluator: Evaluator, limit: str, status: str) -> None:
+    asked = requirements_in(f"riglens_requirements: 1\nfigures:\n- {limit}\n", "limits.yaml")
+    subject = Subject(RIG, "ignored", evaluator.field, evaluator.traffic, (), 1)
+    (verdict,) = Check(subject, asked).verdicts()
+    assert verdict.status == status and "car" in verdict.text
+
+
+def test_a_tolerance_spreads_it_with_the_worst_by_its_direction(evaluator: Evaluator) -> None:
+    assert evaluator.field is not None
+    measures = Measures(evaluator.field, evaluator.traffic, frames=6, threads=1, designed=RIG)
+    found = tolerance(RIG, PROFILES[1], measures, 4, with_sensitivities=False)
+    for cls in CLASSES:
+        more, less = found.spreads[f"share_20 {cls}"], found.spreads[f"unseen {cls}"]
+        assert more.worst == min(more.values) and less.worst == max(less.values)
+    assert measures(RIG, Pose())["share_20 car"] == more_of(evaluator)
+
+
+def more_of(evaluator: Evaluator) -> float:
+    return TWENTY.of(evaluator(RIG, ("objects",)), "car").value
+
+
+def test_the_page_of_figures_is_made_from_the_registry() -> None:
+    assert TWENTY.question in write_figures.page() and UNSEEN.title in write_figures.page()
+    shown = write_figures.page().splitlines()
+    written = (REPOSITORY / write_figures.TARGET).read_text(encoding="utf-8").splitlines()
+    assert [line for line in shown if "`share_20`" not in line and "`unseen`" not in line] == written
+
+
+# ---------------------------------------------------------------- the window
+def test_the_score_table_has_a_column_for_it_with_its_direction(
+    qtbot: QtBot, evaluator: Evaluator, evaluated: Evaluated
+) -> None:
+    panel = ScoresPanel(MetricSettings())
+    qtbot.addWidget(panel)
+    bare = evaluator(RIG.model_copy(update={"sensors": RIG.sensors[1:]}))
+    assert evaluated.voxels is not None and bare.voxels is not None
+    panel.show_figures("voxels", compared_scores(bare.voxels.scores, evaluated.voxels.scores))
+    assert evaluated.objects is not None and bare.objects is not None
+    found = FigureCells.of(TWENTY, evaluated.objects, evaluated.objects)
+    panel.show_figures("objects", {TWENTY.key: found.compared()})
+    assert panel.table.cell("car", "share_20").text == estimate_text(TWENTY, TWENTY.of(evaluated, "car"))
+    assert panel.table.cell("car", "share_20").values[0] == TWENTY.of(evaluated, "car").value
+    assert panel.table.cell("car", "unseen").values[0] == UNSEEN.of(bare, "car").value
+    change = UNSEEN.change(bare, evaluated, "car")
+    assert change.value > 0.0 and panel.table.cell("car", "unseen change").tone == "less"
+    assert "unseen by any: less is better" in panel.note and "at least 20 points" in panel.note
+
+
+def test_the_thread_that_counts_has_it_at_once(evaluated: Evaluated) -> None:
+    assert {"share_20", *(one.key for one in object_figures() if one.leads)} <= {
+        one.key for one in figures_beside_scores()
+    }
+    assert evaluated.objects is not None
+    assert values_of_objects(evaluated.objects)["share_20"]["car"] == TWENTY.of(evaluated, "car")
+
+
+def test_compare_shows_and_exports_it(evaluated: Evaluated) -> None:
+    assert evaluated.voxels is not None and evaluated.objects is not None
+    row = CompareRow(
+        "a", "mine", "file", RIG, "", evaluated.voxels.scores, values_of_objects(evaluated.objects)
+    )
+    for chosen in ("all classes", "car"):
+        shown = {(one.class_name, one.figure.key): one for one in columns_for(chosen, ("lidar", "camera"))}
+        for figure in (TWENTY, UNSEEN):
+            assert shown["car", figure.key].value((row.scores, row.counted)) == figure.of(evaluated, "car")
+    (read,) = csv.DictReader(io.StringIO(table_text([row], ",")))
+    assert float(read["car at least 20 points (fraction)"]) == TWENTY.of(evaluated, "car").value
+    assert float(read["car unseen by any (fraction)"]) == UNSEEN.of(evaluated, "car").value
+
+
+def test_losses_of_sensors_are_told_in_it(evaluator: Evaluator, evaluated: Evaluated) -> None:
+    def known(rig: Evaluated) -> Values:
+        assert rig.voxels is not None and rig.objects is not None
+        return {**values_of_scores(rig.voxels.scores), **values_of_objects(rig.objects)}
+
+    without = evaluator(with_enabled(RIG, ("top",), False))
+    losses = losses_of(known(evaluated), known(without))
+    assert {"share_20", "unseen"} <= set(losses)
+    assert losses["share_20"].size == pytest.approx(100.0 * TWENTY.of(evaluated, ALL).value)
+    grown = UNSEEN.of(without, ALL).value - UNSEEN.of(evaluated, ALL).value
+    assert losses["unseen"].size == pytest.approx(100.0 * grown) and grown > 0.0
+
+
+def test_the_panel_targets_offers_it(qtbot: QtBot, evaluated: Evaluated) -> None:
+    assert evaluated.objects is not None
+    panel = TargetsPanel(USUAL)
+    qtbot.addWidget(panel)
+    panel.show()
+    panel.show_counts(evaluated.objects, evaluated.objects, "itself")
+    panel.choose("share_20")
+    cell = panel.table.figures.cell(CLASSES_AND_ALL.index("car"), 0)
+    assert panel.figure is TWENTY and cell.values[0] == TWENTY.of(evaluated, "car").value
