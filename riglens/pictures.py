@@ -19,6 +19,7 @@ from riglens.scenes import Scene
 from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, Fill, RayLook
 
 if TYPE_CHECKING:
+    from riglens.core.targets.traffic import Traffic
     from riglens.rendering.render import Theme, View
     from riglens.widgets.viewport.scene_state import SceneState
 
@@ -37,6 +38,7 @@ def render(
     class_name: ClassName = "car",
     heatmap: str = "seen",
     baseline: Rig | None = None,
+    traffic: Traffic | None = None,
     theme: Theme = "dark",
     transparent: bool = False,
     title: bool = False,
@@ -65,9 +67,9 @@ def render(
     size_px, scale
         Width and height in pixels, and how many times as many pixels to draw along each side.
     class_name, heatmap
-        What the heatmap shows: the key of a heatmap of voxels (docs/heatmap.md), or "off".
-    baseline
-        The rig that a heatmap of changes starts from.
+        What the heatmap shows: the key of a heatmap (docs/heatmap.md), or "off".
+    baseline, traffic
+        The rig that a heatmap of changes starts from, and the objects that a heatmap of objects counts.
     theme, transparent
         "dark" or "light"; no background at all.
     title, scores
@@ -98,7 +100,8 @@ def render(
     require_writable(out)
     prepare_drawing()
     rig = as_drawn(rig, Path(mesh_folder), warn)
-    score_and_draw(rig, scene.pog, scene.field, picture, baseline, settings_of(drawn_score(rig, body)))
+    settings = settings_of(drawn_score(rig, body))
+    score_and_draw(rig, scene.pog, scene.field, picture, baseline, settings, traffic)
 
 
 # ---------------------------------------------------------------- notebooks
@@ -124,6 +127,7 @@ def show(
     *,
     heatmap: str = "seen",
     class_name: ClassName = "car",
+    traffic: Traffic | None = None,
     view: View = "iso",
     theme: Theme = "light",
     mesh_folder: StrPath = ".",
@@ -138,7 +142,7 @@ def show(
     prepare_drawing()
     from riglens.widgets.viewport.still import png_of, render_still, staged
 
-    state = _state(rig, scene, heatmap, class_name, theme, mesh_folder)
+    state = _state(rig, scene, heatmap, class_name, theme, mesh_folder, traffic)
     is_notebook = "ipykernel" in sys.modules
     if missing_display() is not None and not is_notebook:
         return Picture(png_of(render_still(state, SIZE_PX, view=view)))
@@ -153,6 +157,7 @@ def _state(
     class_name: ClassName,
     theme: Theme,
     mesh_folder: StrPath,
+    traffic: Traffic | None = None,
 ) -> SceneState:
     from riglens.rendering.render import RenderRequest, as_drawn, drawn_score, rig_state, scored_state
 
@@ -161,7 +166,7 @@ def _state(
         return rig_state(rig, theme)
     picture = RenderRequest(Path("picture.png"), class_name=class_name, heat=heatmap, theme=theme)
     settings = settings_of(drawn_score(rig, None))
-    return scored_state(rig, scene.pog, scene.field, picture, settings=settings)
+    return scored_state(rig, scene.pog, scene.field, picture, settings=settings, traffic=traffic)
 
 
 def _png(rig: Rig, scene: Scene | None, heatmap: str) -> bytes | None:

@@ -12,8 +12,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
+from rich.table import Table
 
 from riglens.app.background.counting import figures_beside_scores
+from riglens.app.terminal.figures import leading_table
 from riglens.core.figures.coverage import VoxelFigure
 from riglens.core.figures.documents import evaluation_document, objects_document
 from riglens.core.figures.evaluated import Evaluated, Evaluator
@@ -41,6 +43,7 @@ from riglens.core.sweep.rows import Sweeper, SweepFigures
 from riglens.core.sweep.table import better_of
 from riglens.core.targets.settings import USUAL
 from riglens.core.targets.traffic import Traffic
+from riglens.rendering.picture import Findings, score_rows
 from riglens.widgets.panels.compare.model import CompareRow, columns_for, table_text
 from riglens.widgets.panels.scores.panel import ScoresPanel
 from riglens.widgets.panels.sensors.losses import losses_of
@@ -265,3 +268,18 @@ def test_the_panel_targets_offers_it(qtbot: QtBot, evaluated: Evaluated) -> None
     panel.choose("share_20")
     cell = panel.table.figures.cell(CLASSES_AND_ALL.index("car"), 0)
     assert panel.figure is TWENTY and cell.values[0] == TWENTY.of(evaluated, "car").value
+
+
+def test_the_score_box_of_a_picture_has_it(evaluated: Evaluated) -> None:
+    assert evaluated.voxels is not None and evaluated.objects is not None and evaluated.field is not None
+    objects = values_of_objects(evaluated.objects)
+    found = Findings(RIG, evaluated.voxels.scores, PAPER_SETTINGS, evaluated.field, objects=objects)
+    heads, *rows = score_rows(found)
+    assert {TWENTY.title, UNSEEN.title} <= set(heads) and len(rows) == len(CLASSES)
+
+
+def test_the_terminal_has_it_as_a_column(evaluated: Evaluated) -> None:
+    table, *lines = leading_table([evaluated])
+    assert isinstance(table, Table)
+    assert {TWENTY.title, UNSEEN.title} <= {column.header for column in table.columns}
+    assert any(TWENTY.question[1:] in str(line) for line in lines)

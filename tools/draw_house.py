@@ -91,6 +91,7 @@ HOUSE = (
                 Room("review", "redundancy, tolerance, mounts, requirements"),
             ),
             (Room("simulate", "sweeps, with clutter, ground and noise"),),
+            (Room("figures", "each figure, heatmap and map, defined once"),),
             (
                 Room("blind", "near-field zones"),
                 Room("targets", "points on road users"),

@@ -1,6 +1,7 @@
-"""Writes docs/figures.md: every figure of the registry, with its key, unit, direction and question.
+"""Writes docs/figures.md, every figure of the registry with its key, unit, direction and question, and the table of
+heatmaps in docs/heatmap.md.
 
-Run it from the root of the project after a figure has changed: python -m tools.write_figures
+Run it from the root of the project after a figure or heatmap has changed: python -m tools.write_figures
 """
 
 from __future__ import annotations
@@ -9,9 +10,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from riglens.core.figures.figure import Figure
-from riglens.core.figures.registry import figures
+from riglens.core.figures.heatmaps import HeatMap
+from riglens.core.figures.registry import figures, heat_maps
 
-TARGET = Path("docs/figures.md")
+TARGET, HEATMAPS = Path("docs/figures.md"), Path("docs/heatmap.md")
 HEAD = """# Figures
 
 A *figure* is a number about a rig. Each is defined once, in `core/figures`, and shown under one
@@ -23,6 +25,9 @@ Where a rig or the data have nothing to measure, a reason stands in place of a n
 outside the domain that it was shown for is grey, or in brackets, and says why. ± is two standard
 errors: of the frames that were sampled and, for a prediction, of its calibration. A difference
 below the last column does not tell two rigs apart.
+"""
+HEATMAP_HEAD = """| heatmap | key | shortcut | a cell shows | unit | better |
+|---|---|---|---|---|---|
 """
 SECTIONS = (
     ("The leading figures", lambda one: one.leads),
@@ -59,5 +64,23 @@ def _cells(figure: Figure) -> Iterator[str]:
     yield apart if figure.better != "neither" else "—"
 
 
+def with_table(text: str) -> str:
+    """Return the page of heatmaps with its table made anew."""
+    before, _, rest = text.partition(HEATMAP_HEAD)
+    after = rest.partition("\n\n")[2]
+    rows = "\n".join(f"| {' | '.join(_heat_cells(heat))} |" for heat in heat_maps())
+    return f"{before}{HEATMAP_HEAD}{rows}\n\n{after}"
+
+
+def _heat_cells(heat: HeatMap) -> Iterator[str]:
+    yield heat.title
+    yield f"`{heat.key}`"
+    yield heat.shortcut or "—"
+    yield heat.question.replace("|", "\\|")
+    yield heat.unit or "—"
+    yield heat.better if heat.better != "neither" else "—"
+
+
 if __name__ == "__main__":
     TARGET.write_text(page(), encoding="utf-8")
+    HEATMAPS.write_text(with_table(HEATMAPS.read_text(encoding="utf-8")), encoding="utf-8")

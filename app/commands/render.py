@@ -19,13 +19,14 @@ from riglens.app.commands.options import (
     number,
 )
 from riglens.app.terminal.console import TERMINAL, note, results
-from riglens.app.terminal.loading import load_rig, load_scene
+from riglens.app.terminal.loading import load_rig, load_scene, load_traffic
 from riglens.core.errors import InputError
 from riglens.core.figures.heatmaps import OFF, SEEN_ENTROPY
-from riglens.core.figures.registry import voxel_heat_maps
+from riglens.core.figures.registry import heat_maps
 from riglens.core.figures.text import in_sentence
 from riglens.core.files import require_writable
 from riglens.core.rig.library import use_libraries
+from riglens.core.targets.traffic import WITHIN_M
 from riglens.evaluation.loading import with_choice
 from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.evaluation.scenario import settings_of
@@ -33,7 +34,7 @@ from riglens.rendering.display import prepare_drawing
 from riglens.rendering.render import RenderRequest, as_drawn, drawn_score, score_and_draw
 from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, RayLook
 
-_TITLES = {heat.key: in_sentence(heat.title) for heat in voxel_heat_maps()}
+_TITLES = {heat.key: in_sentence(heat.title) for heat in heat_maps()}
 _HEATMAP = (
     "Content of the heatmap: " + ", ".join(f"{key} ({title})" for key, title in _TITLES.items()) + ", or off."
 )
@@ -123,6 +124,11 @@ def render(
     """
     use_libraries(reading.libraries)
     picture = look.picture(out)
+    is_of_objects = picture.heat_map is not None and picture.heat_map.needs == "objects"
+    if is_of_objects and scene.pog is not None:
+        raise InputError(
+            f"holds no objects, which {picture.heat} shows: leave it out, or choose another", "pog", "heatmap"
+        )
     prepare_drawing()
     require_writable(out)
     opened = with_choice(load_rig(rig), reading.housings)
@@ -130,7 +136,8 @@ def render(
     opened = as_drawn(opened, Path(rig).parent, note)
     score = drawn_score(opened, score.body)
     pog, field = load_scene(scene, [opened], score)
-    score_and_draw(opened, pog, field, picture, baseline, settings_of(score), TERMINAL)
+    traffic = load_traffic(scene, WITHIN_M) if is_of_objects else None
+    score_and_draw(opened, pog, field, picture, baseline, settings_of(score), traffic, TERMINAL)
     width, height = (side * picture.scale for side in picture.size_px)
     results(out).print(f"{out}: {width} x {height} pixels", soft_wrap=True)
 

@@ -295,7 +295,7 @@ class ObjectHeatMap(HeatMap):
         return cls(
             key=figure.key,
             title=figure.title,
-            question=f"{figure.question.removesuffix('.')}: {_NEAR}; cells with few objects are faint.",
+            question=f"{figure.question.removesuffix('.')}; mean of the objects {_NEAR}.",
             shortcut=shortcut,
             unit=UNITS[figure.unit],
             scale="level",
@@ -339,7 +339,7 @@ class ObjectHeatMap(HeatMap):
         )  # fmt: skip
 
 
-_NEAR = f"the mean of the objects within {NEAR_M:g} m of each metre of ground, in all frames"
+_NEAR = f"within {NEAR_M:g} m of each metre of ground, in all frames"
 
 
 def _part(key: str, title: str, seen_by: str, voxels: VoxelSet) -> VoxelHeatMap:
@@ -397,8 +397,7 @@ OF_TARGETS = ObjectHeatMap.of(ON_TARGET, "Alt+7")
 MISSED_OBJECTS = ObjectHeatMap(
     key="missed",
     title="Missed objects",
-    question=f"The number of objects within {NEAR_M:g} m of each metre of ground, in all frames, with fewer LiDAR "
-    "points than count as a detection.",
+    question=f"The number of objects {_NEAR}, with fewer LiDAR points than count as a detection.",
     shortcut="Alt+8",
     unit="objects",
     better="less",

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
+from riglens.core.figures.registry import leading_figures
+from riglens.core.figures.text import UNITS, estimate_text
+from riglens.core.figures.values import Values, values_of_scores
 from riglens.core.metric.scores import MetricSettings, Scores
 from riglens.core.rig.model import Rig
+from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensors.registry import shown_kinds
-from riglens.core.shown_values import decimals, percent, thousands
 from riglens.evaluation.requests import failed_text
 from riglens.widgets.viewport.scene_state import Caption, SceneState
 
@@ -34,9 +37,11 @@ class Findings:
     rig: Rig
     scores: Scores
     settings: MetricSettings
-    field: EntropyField
+    entropy: EntropyField
     is_changed: bool = False
     """True if the rig differs from the file of its name."""
+    objects: Values = field(default_factory=dict)
+    """Figures of objects by key and class, where they were counted."""
 
     @property
     def title(self) -> str:
@@ -52,7 +57,7 @@ def with_words(state: SceneState, words: PictureWords, found: Findings | None) -
         caption = Caption(
             title=found.title if words.title else failed,
             subtitle=" · ".join(filter(None, [subtitle(found), failed])) if words.title else "",
-            table=score_rows(found.scores, found.settings) if words.scores else (),
+            table=score_rows(found) if words.scores else (),
             note=score_note(found.settings) if words.scores else "",
         )
     return replace(
@@ -66,23 +71,17 @@ def subtitle(found: Findings) -> str:
     shown = sorted(present, key=lambda kind: kind.name)
     counts = [(kind, len(found.rig.enabled_of(kind.model))) for kind in shown]
     sensors = ", ".join(f"{count} {kind.title if count == 1 else kind.plural}" for kind, count in counts)
-    data = f"{found.field.data.short_source}, {found.field.data.frames:,} frames"
-    return f"{sensors} · δ = {found.field.grid.voxel_m:g} m · {data}"
+    data = f"{found.entropy.data.short_source}, {found.entropy.data.frames:,} frames"
+    return f"{sensors} · δ = {found.entropy.grid.voxel_m:g} m · {data}"
 
 
-def score_rows(scores: Scores, settings: MetricSettings) -> tuple[tuple[str, ...], ...]:
-    """Return the scores as rows of text with a heading on the car's body, entropies in 10³ nat."""
-    digits = min(3, max(decimals(found.h_total) for found in scores.classes.values()))
-    seeing = (
-        name for one in scores.classes.values() for name, found in one.kinds.items() if found.seen > 0.0
-    )
-    shown = sorted(shown_kinds(seeing), key=lambda kind: kind.name)
-    heads = [f"S-MIG {kind.title}" for kind in shown]
-    rows: list[tuple[str, ...]] = [(f"10³ nat, body {settings.body}", *heads, "S-MS", "seen")]
-    for name, found in scores.classes.items():
-        entropies = (*(found.kinds[kind.name].s_mig for kind in shown), found.s_ms)
-        texts = (thousands(entropy, digits).replace("-", "−") for entropy in entropies)
-        rows.append((name, *texts, percent(found.any_seen)))
+def score_rows(found: Findings) -> tuple[tuple[str, ...], ...]:
+    """Return the leading figures that are known as rows of text, with a heading on the car's body."""
+    known = {**values_of_scores(found.scores), **found.objects}
+    shown = [figure for figure in leading_figures() if figure.key in known]
+    heads = (f"{one.title}, {UNITS[one.unit]}" if one.unit == "nat" else one.title for one in shown)
+    rows: list[tuple[str, ...]] = [(f"body {found.settings.body}", *heads)]
+    rows += [(cls, *(estimate_text(one, known[one.key][cls]) for one in shown)) for cls in CLASSES]
     return tuple(rows)
 
 

@@ -10,8 +10,16 @@ from typing import TYPE_CHECKING, Literal
 
 from riglens.core.engine.engine import Engine, Evaluation
 from riglens.core.errors import InputError
-from riglens.core.figures.heatmaps import NO_WORDS, OFF, SEEN_ENTROPY, Heatmaps, Marks
-from riglens.core.figures.registry import voxel_heat_map, voxel_heat_maps
+from riglens.core.figures.heatmaps import (
+    OFF,
+    SEEN_ENTROPY,
+    HeatMap,
+    Heatmaps,
+    Marks,
+    ObjectHeatMap,
+    VoxelHeatMap,
+)
+from riglens.core.figures.registry import heat_map_named, heat_maps, voxel_heat_maps
 from riglens.core.files import is_stream
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import PAPER_SETTINGS, Body, MetricSettings
@@ -19,9 +27,14 @@ from riglens.core.monitor import SILENT, Monitor
 from riglens.core.rig.model import Rig
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Pog
+from riglens.core.targets.engine import TargetEngine
+from riglens.core.targets.ground import ground_view
+from riglens.core.targets.settings import TargetSettings
+from riglens.core.targets.traffic import Traffic
 from riglens.core.vehicle.mesh_file import with_mesh_read
 from riglens.core.vehicle.standing import mount_statuses
 from riglens.core.view.display import DisplayGrid
+from riglens.core.view.heatmap_data import HeatmapData
 from riglens.evaluation.options import (
     MAX_SCALE,
     MAX_SIDE_PX,
@@ -90,16 +103,20 @@ class RenderRequest:
             raise InputError(
                 f"must be two heights in metres, FROM below TO (got {low:g} {high:g})", "slice_m"
             )
-        heat = voxel_heat_map(self.heat)
-        if heat is None and self.heat != OFF:
-            known = ", ".join((*(one.key for one in voxel_heat_maps()), OFF))
+        if self.heat_map is None and self.heat != OFF:
+            known = ", ".join((*(one.key for one in heat_maps()), OFF))
             raise InputError(f"must be one of {known} (got {self.heat})", "heatmap")
-        compares = heat is not None and heat.is_against_baseline
+        compares = isinstance(self.heat_map, VoxelHeatMap) and self.heat_map.is_against_baseline
         if compares and self.baseline is None:
             raise InputError(f"{self.heat} needs", "heatmap", "baseline")
         if not compares and self.baseline is not None:
             fitting = " or ".join(one.key for one in voxel_heat_maps() if one.is_against_baseline)
             raise InputError(f"is the reference of changes: needs {fitting} as", "baseline", "heatmap")
+
+    @property
+    def heat_map(self) -> HeatMap | None:
+        """Return the heatmap, None for none."""
+        return heat_map_named(self.heat)
 
     def _check_rays(self) -> None:
         if not 0.0 <= self.rays.opacity <= 1.0:
@@ -118,10 +135,12 @@ def score_and_draw(
     picture: RenderRequest,
     baseline: Rig | None = None,
     settings: MetricSettings = PAPER_SETTINGS,
+    traffic: Traffic | None = None,
     monitor: Monitor = SILENT,
 ) -> None:
-    """Evaluate a rig, and the baseline of a heatmap of changes, and draw it; call `prepare_drawing` before."""
-    _draw(scored_state(rig, pog, field, picture, baseline, settings, monitor), picture, monitor)
+    """Evaluate a rig, and the baseline of a heatmap of changes, and draw it; call `prepare_drawing` before. InputError
+    for a heatmap of objects without traffic."""
+    _draw(scored_state(rig, pog, field, picture, baseline, settings, traffic, monitor), picture, monitor)
 
 
 def scored_state(
@@ -131,27 +150,37 @@ def scored_state(
     picture: RenderRequest,
     baseline: Rig | None = None,
     settings: MetricSettings = PAPER_SETTINGS,
+    traffic: Traffic | None = None,
     monitor: Monitor = SILENT,
 ) -> SceneState:
     """Evaluate a rig, and the baseline of a heatmap of changes, and return what is drawn."""
     with monitor.stage("Casting rays"):
         engine = Engine(field)
         evaluation = engine.evaluate(rig, settings)
-        heat = voxel_heat_map(picture.heat)
-        marks = Marks(NO_WORDS if heat is None else heat.sets(engine, evaluation))
-        if baseline is not None and heat is not None:
-            if baseline.vehicle.body == rig.vehicle.body:
-                baseline = baseline.with_body_mesh(rig.vehicle.body_mesh)
-            before = engine.evaluate(baseline, settings)
-            marks = replace(marks, baseline=heat.sets(engine, before), baseline_name=before.rig.name)
-    return _state(pog, field, evaluation, marks, picture)
+        heat, cells = picture.heat_map, None
+        if isinstance(heat, VoxelHeatMap):
+            marks = Marks(heat.sets(engine, evaluation))
+            if baseline is not None:
+                if baseline.vehicle.body == rig.vehicle.body:
+                    baseline = baseline.with_body_mesh(rig.vehicle.body_mesh)
+                before = engine.evaluate(baseline, settings)
+                marks = replace(marks, baseline=heat.sets(engine, before), baseline_name=before.rig.name)
+            cells = Heatmaps(DisplayGrid.build(pog, field)).drawn(heat, picture.class_name, marks)
+        elif isinstance(heat, ObjectHeatMap):
+            if traffic is None:
+                raise InputError(f"{heat.key} needs", "heatmap", "traffic")
+            counted = TargetEngine(traffic).evaluate(rig, TargetSettings(body=settings.body))
+            cells = heat.data(heat.over(ground_view(counted, picture.class_name)))
+    return _state(field, evaluation, cells, picture)
 
 
 def draw_evaluated(
     evaluation: Evaluation, pog: Pog, field: EntropyField, picture: RenderRequest, monitor: Monitor
 ) -> None:
     """Draw a rig that has been evaluated with the voxels that it sees; call `prepare_drawing` before."""
-    _draw(_state(pog, field, evaluation, Marks(evaluation.seen_by_any()), picture), picture, monitor)
+    marks = Marks(evaluation.seen_by_any())
+    cells = Heatmaps(DisplayGrid.build(pog, field)).drawn(SEEN_ENTROPY, picture.class_name, marks)
+    _draw(_state(field, evaluation, cells, picture), picture, monitor)
 
 
 def drawn_score(rig: Rig, body: Body | None) -> ScoreOptions:
@@ -190,13 +219,9 @@ def rig_state(rig: Rig, theme: Theme) -> SceneState:
 
 
 def _state(
-    pog: Pog,
-    field: EntropyField,
-    evaluation: Evaluation,
-    marks: Marks,
-    picture: RenderRequest,
+    field: EntropyField, evaluation: Evaluation, cells: HeatmapData | None, picture: RenderRequest
 ) -> SceneState:
-    """Return what is drawn of an evaluated rig: its rays and the heatmap of a class."""
+    """Return what is drawn of an evaluated rig: its rays and the heatmap."""
     from riglens.rendering.picture import Findings, PictureWords, with_words
     from riglens.widgets.heatmap.scale import DEFAULT_LOOK, HeatLook
 
@@ -206,10 +231,6 @@ def _state(
         DEFAULT_LOOK.opacity if picture.opacity is None else picture.opacity,
         picture.slice_m,
     )
-    heat = voxel_heat_map(picture.heat)
-    cells = None
-    if heat is not None:
-        cells = Heatmaps(DisplayGrid.build(pog, field)).drawn(heat, picture.class_name, marks)
     rig = evaluation.rig
     state = replace(
         rig_state(rig, picture.theme),

@@ -20,6 +20,7 @@ import riglens.core.kernels
 from riglens.app.background.counting import make_counter
 from riglens.app.background.pictures import PictureRequest, SensorPicture, make_pictures
 from riglens.app.background.tasks import Tasks
+from riglens.core.figures.registry import voxel_heat_maps
 from riglens.core.rig.model import Vehicle
 from riglens.core.targets.detection_range import RangePlan
 from riglens.core.vehicle.solid import Solid
@@ -27,7 +28,7 @@ from riglens.evaluation.scoring import LoadedScene, load_scene
 from tests.app.window_bench import CAMERA, open_bench, scene_options
 from tests.waiting import TIMEOUT_MS, TIMEOUT_S
 
-MODES = ("probability", "entropy", "seen", "unseen", "sensors", "change")
+MODES = tuple(heat.key for heat in voxel_heat_maps())
 
 
 def all_kernels() -> dict[tuple[str, str], CPUDispatcher]:

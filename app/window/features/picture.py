@@ -12,8 +12,10 @@ from riglens.app.background.picture_process import PictureJob, PictureMaker
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.files import beside_rig
+from riglens.app.window.features.targets import Targets
 from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
+from riglens.core.figures.values import Values
 from riglens.core.files import write_file
 from riglens.evaluation.options import MAX_SIDE_PX, MIN_SIDE_PX
 from riglens.rendering.picture import Findings, PictureWords, with_words
@@ -33,8 +35,9 @@ class Picture(Feature):
         ),
     )  # fmt: skip
 
-    def __init__(self, bench: Workbench) -> None:
+    def __init__(self, bench: Workbench, targets: Targets) -> None:
         super().__init__(bench)
+        self._targets = targets
         self.dialog: PictureDialog | None = None
         self._options: dict[str, bool] = {}
         self._scale = 1
@@ -67,7 +70,7 @@ class Picture(Feature):
         if result is not None and is_known:
             self._found = Findings(
                 result.request.rig, result.evaluation.scores, result.request.settings, result.scene.field,
-                self.document.is_modified,
+                self.document.is_modified, self._counted(),
             )  # fmt: skip
         dialog = PictureDialog(
             self.viewport.picture_size,
@@ -85,6 +88,11 @@ class Picture(Feature):
         self.dialog = dialog
         dialog.open()
         self._preview()
+
+    def _counted(self) -> Values:
+        """Return the figures of objects of the rig, once all frames are counted."""
+        answer = self._targets.answer
+        return answer.figures if answer is not None and self._targets.is_current else {}
 
     def _preview(self) -> None:
         self._draw("preview", 1)

@@ -7,6 +7,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import pytest
 from PySide6.QtCore import QEvent, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDialog, QMainWindow, QPushButton, QToolBar
@@ -17,6 +18,7 @@ from riglens.app.window.features.help import GREETING, commands_of, guide_page
 from riglens.app.window.features.scene_data import why_scores_move
 from riglens.app.window.settings import Settings
 from riglens.core.rig.yaml.file import new_rig_file
+from riglens.core.scene.boxes import DataReport
 from riglens.core.scene.grid import VoxelGrid
 from riglens.version import installed_version
 from riglens.widgets.panels.controls.style import apply_style
@@ -207,7 +209,8 @@ def test_what_another_grid_does_to_the_scores_is_said() -> None:
 
 def scene(edge_m: float) -> Any:
     """What the note asks of a loaded scene."""
-    return SimpleNamespace(field=SimpleNamespace(grid=VoxelGrid(edge_m, (20.0, 20.0, 4.0))))
+    grid = VoxelGrid(edge_m, (20.0, 20.0, 4.0))
+    return SimpleNamespace(field=SimpleNamespace(grid=grid, data=DataReport("boxes", 1, {})))
 
 
 def test_a_change_of_the_voxel_edge_says_why_the_numbers_moved(qtbot: QtBot, tmp_path: Path) -> None:
@@ -220,18 +223,23 @@ def test_a_change_of_the_voxel_edge_says_why_the_numbers_moved(qtbot: QtBot, tmp
         assert "edges of 1 m instead of 0.5 m" in bench.workbench.notes.message
 
 
-def test_the_note_can_be_silenced_for_good_and_covers_no_other_note(bench: FullDesk) -> None:
-    tell = bench.features.scene_data._explain_moved_scores
+def test_the_note_can_be_silenced_for_good_and_covers_no_other_note(
+    bench: FullDesk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def change(before_m: float, after_m: float) -> None:
+        monkeypatch.setattr(bench.workbench.session, "scene", scene(before_m))
+        bench.features.scene_data._show_note(scene(after_m))
+
     notes = bench.workbench.notes
     notes.show_message("Recover?")
-    tell(scene(0.1).field.grid, scene(0.2).field.grid)
+    change(0.1, 0.2)
     assert notes.message == "Recover?"
     notes.clear()
-    tell(scene(0.1).field.grid, scene(0.2).field.grid)
-    tell(scene(0.2).field.grid, scene(0.4).field.grid)
+    change(0.1, 0.2)
+    change(0.2, 0.4)
     assert "0.4 m instead of 0.2 m" in notes.message
     button = notes.findChild(QPushButton, "Do not show this again")
     assert button is not None
     QTest.mouseClick(button, Qt.MouseButton.LeftButton)
-    tell(scene(0.4).field.grid, scene(0.2).field.grid)
+    change(0.4, 0.2)
     assert notes.message == ""

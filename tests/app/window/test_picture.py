@@ -15,7 +15,9 @@ from PySide6.QtWidgets import QApplication
 
 from riglens.app.background.picture_process import PictureJob, PictureMaker
 from riglens.app.window.settings import Settings
+from riglens.core.figures.figure import Estimate
 from riglens.core.rig.model import Rig
+from riglens.core.scene.boxes import CLASSES
 from riglens.rendering.picture import Findings, PictureWords, with_words
 from riglens.widgets.panels.dialogs.picture import PictureDialog
 from riglens.widgets.theme import palette
@@ -170,10 +172,13 @@ def test_words_of_a_picture_are_those_of_the_rig_and_its_scores(bench):
     found = Findings(Rig(name="mine"), result.evaluation.scores, result.request.settings, result.scene.field)
     caption = with_words(SceneState(), PictureWords(title=True, scores=True), found).caption
     assert caption.title == "mine" and "0 cameras, 0 LiDARs · δ = 0.5 m" in caption.subtitle
-    head = f"10³ nat, body {result.request.settings.body}"
+    head = f"body {result.request.settings.body}"
     assert [row[0] for row in caption.table] == [head, "car", "bicycle", "pedestrian"]
     seen = result.evaluation.scores.classes["car"].any_seen
-    assert caption.table[1][-1] == f"{100 * seen:.2f} %"
+    assert f"{100 * seen:.2f} %" in caption.table[1] and "On target" not in caption.table[0]
+    objects = {"on_target": dict.fromkeys(CLASSES, Estimate(0.5))}
+    counted = with_words(SceneState(), PictureWords(scores=True), replace(found, objects=objects)).caption
+    assert "On target" in counted.table[0] and "50.00 %" in counted.table[1]
     bare = with_words(SceneState(), PictureWords(legend=False), found)
     assert not bare.show_legend and not bare.caption.title and not bare.caption.table
 

@@ -41,7 +41,7 @@ def test_a_lidar_is_summed_up_as_in_its_data_sheet() -> None:
 def test_uneven_beams_are_given_from_the_closest_to_the_widest() -> None:
     uneven = LIDAR.replace(elevations_deg=(5.0, -10.0, 0.0))
     assert dict(derived_rows(uneven))["Resolution"] == "0.2° × 5–10°"
-    assert dict(derived_rows(LIDAR.replace(elevations_deg=(0.0,))))["Resolution"] == "0.2° × –"
+    assert dict(derived_rows(LIDAR.replace(elevations_deg=(0.0,))))["Resolution"] == "0.2° × —"
 
 
 def test_a_camera_is_summed_up_by_its_lens() -> None:
