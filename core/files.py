@@ -107,6 +107,12 @@ def require_writable(path: str | os.PathLike[str], reads: Iterable[str | os.Path
     require_apart(path, reads)
 
 
+def require_ending(field: str, path: Path | None, *endings: str) -> None:
+    """Raise InputError unless a file that is named has one of these endings."""
+    if path is not None and path.suffix.lower() not in endings:
+        raise InputError(f"must end in {' or '.join(endings)} (got {path})", field)
+
+
 def require_apart(path: str | os.PathLike[str], reads: Iterable[str | os.PathLike[str]]) -> None:
     """Raise InputError when a file or folder to be written is also read, by whatever name."""
     for read in reads:

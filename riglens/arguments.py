@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from riglens.core.errors import InputError
 from riglens.core.geometry import triple
+from riglens.core.monitor import Monitor
 from riglens.core.scene.boxes import DataReport
 from riglens.core.sensors.registry import kind_named, kind_names
 from riglens.evaluation.names import argument_with
@@ -32,6 +33,23 @@ def warn(line: str) -> None:
     while frame.f_back is not None and frame.f_globals.get("__name__", "").split(".")[0] == "riglens":
         frame, level = frame.f_back, level + 1
     warnings.warn(line, RigLensWarning, stacklevel=level)
+
+
+class Warnings(Monitor):
+    """Listener of one call from Python: each remark is a warning, once."""
+
+    def __init__(self) -> None:
+        self._noted = set[str]()
+
+    def note(self, line: str) -> None:
+        """Warn at the line of the caller's own code."""
+        if line not in self._noted:
+            self._noted.add(line)
+            warn(line)
+
+    def advice(self, field: str, value: object) -> str:
+        """Return an argument."""
+        return argument_with(field, value)
 
 
 def warn_of_data(data: DataReport) -> None:

@@ -9,7 +9,8 @@ from typing import Literal
 
 from numpy.typing import ArrayLike
 
-from riglens.arguments import StrPath, scene_options, warn
+from riglens.arguments import StrPath, Warnings, scene_options
+from riglens.core.files import require_ending, require_writable
 from riglens.core.metric.scores import DEFAULT_LAMBDA, Body, Method, Reading
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import Progress
@@ -62,15 +63,14 @@ def build_pog(
     Arguments as for `load_scene`; `workers` processes build parts at the same time, or the Dask cluster at `dask`.
     After an interruption the same call resumes.
     """
-    from riglens.app.commands.data import build
-    from riglens.app.terminal.console import called_from_python
+    from riglens.core.pieces.backend import Backend
+    from riglens.jobs.building import build
 
     options = scene_options(
         None, origin_m=origin_m, frames=frames, classes=classes, find_ground=find_ground, voxel_m=voxel_m,
         roi_m=roi_m,
     )  # fmt: skip
-    with called_from_python(warn):
-        build(*(Path(one) for one in boxes), out=Path(out), scene=options, workers=workers, dask=dask)
+    build([Path(one) for one in boxes], Path(out), options, Backend(workers, dask), Warnings())
     return load_scene(pog=out)
 
 
@@ -109,11 +109,10 @@ def simulate(
     the object that each is on. After an interruption the same call resumes. With `carla`, "HOST:PORT",
     `frames` frames of one rig are collected from that simulator instead.
     """
-    from riglens.app.commands import simulate as command
-    from riglens.app.terminal.console import called_from_python
     from riglens.core.pieces.backend import Backend
     from riglens.core.simulate.settings import SimulationSettings
     from riglens.core.simulate.units import Extras
+    from riglens.jobs.simulating import DataSetJob, collect_in_carla, make_data_sets
 
     options = scene_options(
         boxes, origin_m=origin_m, frames=frames, classes=classes, find_ground=find_ground, occluders=occluders
@@ -122,13 +121,11 @@ def simulate(
     score = ScoreOptions(body=body)
     several = with_blocking_meshes(rigs, score, mesh_folder)
     extras, backend = Extras(pictures, points), Backend(workers, dask)
-    job = command.DataSetJob(Path(out), options, settings, extras, backend, every, sequences)
-    with called_from_python(warn):
-        if carla is None:
-            job = replace(job, scene=options.surrounded(surroundings, in_town=True))
-            return tuple(command.make_data_sets(several, score, job))
-        command.collect_in_carla(several, carla, job)
-    return (job.out,)
+    job = DataSetJob(Path(out), options, settings, extras, backend, every, sequences)
+    if carla is not None:
+        return (collect_in_carla(several, carla, job, Warnings()).folder,)
+    job = replace(job, scene=options.surrounded(surroundings, in_town=True))
+    return tuple(made.folder for made in make_data_sets(several, score, job, Warnings()))
 
 
 def report(
@@ -161,11 +158,9 @@ def report(
     Boxes as for `load_scene`, `method` to `body` as for `score`; `requirements` are checked on the page, `draws` are
     those of the tolerance, 0 for none; project, revision and author go into the header.
     """
-    from riglens.app.commands.output import require_ending, require_outputs
-    from riglens.app.commands.report import write_report
-    from riglens.app.commands.tolerance import require_draws
-    from riglens.app.terminal.console import called_from_python
+    from riglens.core.review.tolerance import require_draws
     from riglens.reporting.figures import labels_of
+    from riglens.reporting.making import write_report
 
     path, score = Path(out), ScoreOptions(method, reading, camera_weight, threads, body)
     options = scene_options(
@@ -174,11 +169,10 @@ def report(
     )  # fmt: skip
     require_ending("out", path, ".html", ".pdf")
     require_draws(draws, seed, 0)
-    require_outputs(options.files, path)
+    require_writable(path, options.files)
     several = with_blocking_meshes(rigs, score.solid(), mesh_folder)
     labels = labels_of(project, revision, author)
-    with called_from_python(warn):
-        write_report(several, path, options, score, _path(requirements), (draws, seed), labels)
+    write_report(several, path, options, score, _path(requirements), (draws, seed), labels, Warnings())
     return path
 
 
@@ -189,12 +183,10 @@ def verify_report(
 
     `boxes`: the data that it was made of, where that was not the bundled town; `meshes`: the folder of its car bodies.
     """
-    from riglens.app.commands.report import verified
-    from riglens.app.terminal.console import called_from_python
+    from riglens.reporting.making import verified
 
-    options, folder = SceneOptions(boxes=_path(boxes)), _path(meshes)
-    with called_from_python(warn):
-        return verified(Path(path), options, ScoreOptions(threads=threads), folder) == 0
+    options, score = SceneOptions(boxes=_path(boxes)), ScoreOptions(threads=threads)
+    return verified(Path(path), options, score, _path(meshes), Warnings()).place is None
 
 
 def _path(path: StrPath | None) -> Path | None:

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from riglens.arguments import StrPath
+from riglens.arguments import StrPath, Warnings
 from riglens.core.blind.zones import BlindSettings
 from riglens.core.errors import InputError
 from riglens.core.metric.scores import Body, Method
-from riglens.core.review.documents import tolerance_document
+from riglens.core.review.documents import mounts_review_document, tolerance_document
 from riglens.core.review.measures import Measures
 from riglens.core.review.mounts import USUAL_LIMITS, mounts_of, violations
+from riglens.core.review.profiles import profiles_in
 from riglens.core.review.tolerance import profile_called
 from riglens.core.review.tolerance import tolerance as tolerance_of
 from riglens.core.rig.edits import damaged as damaged_rig
@@ -59,15 +60,15 @@ def blind(
     profiles
         Files of profiles of your own, instead of those that ship with the program.
     """
-    from riglens.app.commands.blind import blind_zones, profiles_of
+    from riglens.jobs.reviewing import blind_zones
 
     ScoreOptions(threads=threads)
     settings, judged = (
         BlindSettings(voxel_m, width_m, within_m=within_m),
-        profiles_of(list(map(Path, profiles))),
+        profiles_in(list(map(Path, profiles))),
     )
     rig = with_blocking_mesh(rig, "blocks", mesh_folder)
-    return BlindResult(*blind_zones(rig, settings, judged, threads))
+    return BlindResult(*blind_zones(rig, settings, judged, threads, Warnings()))
 
 
 def detection_range(
@@ -95,7 +96,7 @@ def detection_range(
     reaction_s, deceleration_mps2
         How the car brakes (our choice).
     """
-    from riglens.app.commands.detection_range import detection_range as range_of
+    from riglens.jobs.reviewing import detection_range as range_of
 
     ScoreOptions(threads=threads)
     plan = RangePlan(
@@ -126,11 +127,13 @@ def redundancy(
     With `traffic`, objects are counted too: LiDARs detect them by `min_points` points of all, a camera by 25 px of
     height. With `halves` the losses by each sensor with half of its view blocked are listed as well.
     """
-    from riglens.app.commands.redundancy import redundancy_of
+    from riglens.jobs.reviewing import redundancy_of
 
     options = ScoreOptions(method, threads=threads, body=body)
     rig = with_blocking_mesh(rig, options.body_of(rig), mesh_folder)
-    found = redundancy_of(rig, scene.field, traffic, options, TargetSettings(min_points=min_points), halves)
+    found = redundancy_of(
+        rig, scene.field, traffic, options, TargetSettings(min_points=min_points), halves, Warnings()
+    )
     return RedundancyResult(found.document(), rig, found.voxels, found.targets)
 
 
@@ -173,10 +176,8 @@ def tolerance(
 
 def mounts(rig: Rig, *, mesh_folder: StrPath = ".") -> MountsResult:
     """Find how high, how near to the skin and how near to each other sensors are mounted, and what is wrong."""
-    from riglens.app.commands.mounts import mounts_document
-
     rig = with_blocking_mesh(rig, "blocks", mesh_folder)
-    return MountsResult(mounts_document(rig), rig, mounts_of(rig), violations(rig, USUAL_LIMITS))
+    return MountsResult(mounts_review_document(rig), rig, mounts_of(rig), violations(rig, USUAL_LIMITS))
 
 
 def check(
@@ -194,17 +195,17 @@ def check(
 
     Raises InputError for names that neither a rig nor the program has.
     """
-    from riglens.app.commands import check as command
+    from riglens.jobs.checking import CheckData, CheckInputs, checked
 
     several = with_blocking_meshes(rigs, ScoreOptions().solid(), mesh_folder)
-    asked = command.CheckInputs.of(Path(requirements), tuple(Path(one) for one in profiles), several)
+    asked = CheckInputs.of(Path(requirements), tuple(Path(one) for one in profiles), several)
     score = ScoreOptions(threads=threads, body=body).as_required(asked.required.body, asked.file)
     if scene is None and asked.required.needs_scene:
         scene = load_scene()
     if traffic is None and asked.required.needs_objects:
         traffic = load_traffic()
-    needed = command.Scene(None if scene is None else scene.field, traffic)
-    found = command.checked(several, score, needed, asked)
+    needed = CheckData(None if scene is None else scene.field, traffic)
+    found = checked(several, score, needed, asked, Warnings())
     return CheckResult(found.document(), {one.rig.name: one.verdicts for one in found.checks})
 
 

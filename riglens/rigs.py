@@ -82,9 +82,8 @@ def convert(
 
     What is approximated or left out is reported as a `RigLensWarning`. Raises InputError when reading or writing fails.
     """
-    from riglens.app.commands.convert import read_source  # many formats, which a preset does not need
-    from riglens.core.formats.exchange import write_rig
-    from riglens.core.formats.mounts import ReadOptions
+    from riglens.core.formats.mounts import ReadOptions  # many formats, which a preset does not need
+    from riglens.jobs.converting import converted
 
     options = ReadOptions(
         None if vehicle is None else vehicle.vehicle,
@@ -95,10 +94,9 @@ def convert(
     )
     if not isinstance(source, Rig):
         require_apart(target, (source,))
-    rig, report = read_source(source, source_format, options)
-    exported = write_rig(rig, target, target_format)
-    _warn_of_losses(report)
-    _warn_of_losses(exported.report)
+    rig, read, written = converted(source, source_format, target, target_format, options)
+    _warn_of_losses(read)
+    _warn_of_losses(written)
     return rig
 
 

@@ -5,16 +5,16 @@ from __future__ import annotations
 import json
 import os
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
 from inspect import Parameter, signature
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
 import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
-from riglens.arguments import StrPath, warn
+from riglens.arguments import StrPath, Warnings
 from riglens.core.errors import InputError
 from riglens.core.rig.model import FORMAT_VERSION, Rig
 from riglens.evaluation.options import SceneOptions, ScoreOptions
@@ -22,9 +22,7 @@ from riglens.results import Listing
 from riglens.rigs import save_rig
 
 Study = Literal["table1", "accuracy", "stability", "targets", "external", "detection", "predicted"]
-_RENAMED = {"libraries": "library"}
-"""Arguments of the commands that are called otherwise here."""
-_TABLE1 = ("table1.csv", "table1-detection.csv")
+T = TypeVar("T")
 
 
 def study(name: Study, *inputs: StrPath | Rig, out: StrPath = "out", **options: object) -> Listing:
@@ -46,41 +44,33 @@ def study(name: Study, *inputs: StrPath | Rig, out: StrPath = "out", **options: 
     Listing
         `rows()` of the first table; `to_dict()` is the JSON that the study writes, or else every table by its file.
     """
-    from riglens.app.commands import study as commands
-    from riglens.app.terminal.console import called_from_python
-    from riglens.studies import (
-        accuracy,
-        detection,
-        external,
-        predicted,
-        sensor_methods,
-        stability,
-        targets,
-    )
     from riglens.studies.files import require_folder
+    from riglens.studies.running import STUDIES, TABLE1_FILES, Job, files_of
 
     if name not in get_args(Study):
         raise InputError(f"must be one of {', '.join(get_args(Study))} (got '{name}')", "name")
     folder = Path(out)
-    files = {
-        "table1": _TABLE1,
-        "accuracy": sensor_methods.FILES if options.get("sensor") else accuracy.FILES,
-        "stability": stability.FILES,
-        "targets": targets.NAMES,
-        "external": (external.NAME,),
-        "detection": detection.NAMES,
-        "predicted": predicted.NAMES,
-    }
-    with called_from_python(warn), tempfile.TemporaryDirectory(prefix="riglens-") as rigs:
+    with tempfile.TemporaryDirectory(prefix="riglens-") as rigs:
         words = [_plain(one, Path(rigs, f"{number}.yaml")) for number, one in enumerate(inputs)]
         given = {key: _plain(value, Path(rigs, f"{key}.yaml")) for key, value in options.items()}
         if name == "table1":
-            require_folder(folder, _TABLE1)
-            places = {"csv": folder / _TABLE1[0], "detection_csv": folder / _TABLE1[1]}
-        else:
-            places = {"out": folder}
-        _call(name, getattr(commands, name), words, {**given, **places})
-    paths = [path for file in files[name] if (path := folder / file).exists()]
+            require_folder(folder, TABLE1_FILES)
+            given |= dict(
+                zip(("csv", "detection_csv"), (folder / file for file in TABLE1_FILES), strict=True)
+            )
+        asked = STUDIES[name]
+        own: Any = _taken(asked.options, [one.name for one in fields(asked.options)], given)
+        job = Job(
+            _taken(SceneOptions, asked.scene, given),
+            _taken(ScoreOptions, asked.score, given),
+            folder,
+            Warnings(),
+        )
+        for key, value in given.items():
+            if value is not None:
+                raise InputError(f"is not an option of the study {name}", key)
+        asked.run(own, job, *_inputs(name, asked.run, words))
+    paths = [path for file in files_of(name, own) if (path := folder / file).exists()]
     tables = {path.name: _table(path) for path in paths if path.suffix == ".csv"}
     document = next(
         (json.loads(path.read_text()) for path in paths if path.suffix == ".json"),
@@ -105,28 +95,24 @@ def _plain(value: object, file: Path) -> object:
     return os.fspath(value) if isinstance(value, os.PathLike) else value
 
 
-def _call(name: str, command: Callable[..., None], words: list[object], given: dict[str, object]) -> None:
-    """Call the function of a study's command with its inputs, and its options as the objects that it has them in."""
-    hints, keywords = get_type_hints(command, include_extras=True), {}
-    inputs: list[object] = []
-    for key, parameter in signature(command).parameters.items():
-        known = _RENAMED.get(key, key)
-        if isinstance(parameter.default, SceneOptions | ScoreOptions):
-            of = {one.name: one.type for one in fields(hints[key]) if given.get(one.name) is not None}
-            keywords[key] = hints[key](**{one: _checked(one, given[one], kind) for one, kind in of.items()})
-            given = {one: value for one, value in given.items() if one not in of}
-        elif parameter.kind is not Parameter.KEYWORD_ONLY:
-            inputs += [_checked(key, word, hints[key]) for word in words[len(inputs) :]]
-        elif given.get(known) is not None:
-            keywords[key] = _checked(known, given.pop(known), hints[key])
-    for key, value in given.items():
-        if value is not None:
-            raise InputError(f"is not an option of the study {name}", key)
+def _taken(options: type[T], names: Sequence[str], given: dict[str, object]) -> T:
+    """Return options of a class with those that are given; they are taken from `given`."""
+    hints = get_type_hints(options, localns={"Rig": object}, include_extras=True)
+    known = {one: given.pop(one) for one in names if given.get(one) is not None}
+    return options(**{one: _checked(one, value, hints[one]) for one, value in known.items()})
+
+
+def _inputs(name: str, run: Callable[..., Any], words: list[object]) -> list[object]:
+    """Return what a study is given by place, in the types of its parameters."""
     try:
-        signature(command).bind(*(inputs or words), **keywords)
+        bound = signature(run).bind(None, None, *words)
     except TypeError as error:
         raise InputError(f"study {name}: {error}") from error
-    command(*inputs, **keywords)
+    hints, found = get_type_hints(run), list[object]()
+    for key, value in [*bound.arguments.items()][2:]:
+        several = signature(run).parameters[key].kind is Parameter.VAR_POSITIONAL
+        found += [_checked(key, word, hints[key]) for word in (value if several else [value])]
+    return found
 
 
 def _checked(name: str, value: object, kind: Any) -> Any:

@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from numpy.typing import ArrayLike
 
-from riglens.arguments import StrPath, scene_options, warn
+from riglens.arguments import StrPath, Warnings, scene_options
 from riglens.core.metric.scores import DEFAULT_LAMBDA, Body, Method, Reading
 from riglens.core.rig.model import Rig
 from riglens.core.sweep.design import Span, Sweep
 from riglens.core.sweep.table import document_of, header_of, main_figures, write
-from riglens.core.targets.settings import Phase
+from riglens.core.targets.calibration import read_calibration
+from riglens.core.targets.settings import Phase, TargetSettings
 from riglens.core.targets.shapes import Shape
 from riglens.core.targets.traffic import WITHIN_M
 from riglens.evaluation.options import ScoreOptions
@@ -132,25 +133,22 @@ def sweep(
     The other arguments are those of `load_scene`, `load_traffic`, `score` and `targets`. Raises InputError for a field
     that is not there, a value that does not fit, or arguments that disagree.
     """
-    from riglens.app.commands import sweep as command
-    from riglens.app.terminal.console import called_from_python
     from riglens.core.pieces.backend import Backend
     from riglens.evaluation.sweeping import LoadedSweep
+    from riglens.jobs.sweeping import design_of, run_sweep, sweep_options
 
     spans = [Span.of(field, values) for field, values in (vary or {}).items()]
-    made = command.design_of(spans, sobol, design_seed, None if design is None else Path(design))
+    made = design_of(spans, sobol, design_seed, None if design is None else Path(design))
     scene = scene_options(
         boxes, origin_m=origin_m, frames=frames, classes=classes, find_ground=find_ground, voxel_m=voxel_m,
         roi_m=roi_m, pog=pog, surroundings=surroundings, occluders=occluders,
     )  # fmt: skip
     score = ScoreOptions(method, reading, camera_weight, threads, body)
-    count = command.SweepCountArguments(
-        within_m, sample, shape, "on" if range_law else "off", phase, seed, min_points,
-        None if calibration is None else Path(calibration),
-    )  # fmt: skip
+    curves = None if calibration is None else read_calibration(Path(calibration))
+    counting = TargetSettings(shape, range_law, phase, seed, min_points, score.body, curves)
     several = with_blocking_meshes(rigs, score, mesh_folder)
-    options = command.sweep_options(several, scene, count, score, compute, blind_m)
-    with called_from_python(warn), tempfile.TemporaryDirectory(prefix="riglens-") as folder:
+    options = sweep_options(several, scene, counting, within_m, sample, score, compute, blind_m)
+    with tempfile.TemporaryDirectory(prefix="riglens-") as folder:
         path = Path(folder) / "sweep.parquet" if out is None else Path(out)
         loaded = LoadedSweep(Sweep.of(several, made), options, made.kind, threads)
-        return SweepResult(command.run_sweep(loaded, path, Backend(workers, dask)))
+        return SweepResult(run_sweep(loaded, path, Backend(workers, dask), Warnings()))

@@ -5,16 +5,17 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Callable
-from functools import wraps
-from inspect import signature
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
 
 import riglens as rl
-from riglens.app.commands import main, study
-from riglens.app.commands.parsing import COMMANDS, GROUPS, app
+from riglens.app.commands import main, parsing
+from riglens.app.commands.parsing import COMMANDS, GROUPS
+from riglens.studies import running
+from riglens.studies.running import Job
 from tests.core.simulate import carla_stand_in
 from tests.test_api import BOXES, ROI_M
 
@@ -391,28 +392,26 @@ def test_a_study_is_called_as_the_command_line_calls_it(
     inputs, words, options = STUDIES[name]
     files = ["--csv", "table1.csv", "--detection-csv", "table1-detection.csv"]
     out = [str(tmp_path / word) if "." in word else word for word in files]
-    _, asked, _ = app.parse_args(
-        ["study", name, *inputs, *words, *(out if name == "table1" else ["--out", str(tmp_path)])],
-        exit_on_error=False,
-        print_error=False,
-    )
-    command, calls = getattr(study, name), []
+    calls = list[tuple[object, ...]]()
 
     class Called(Exception):
         pass
 
-    @wraps(command)
-    def note(*inputs: object, **options: object) -> None:
-        calls.append(signature(command).bind(*inputs, **options))
+    def run(options: object, job: Job, /, *inputs: object) -> None:
+        calls.append(
+            (options, job.scene, job.score, job.out if name != "table1" else None, *map(str, inputs))
+        )
         raise Called
 
-    monkeypatch.setattr(study, name, note)
+    monkeypatch.setitem(running.STUDIES, name, replace(running.STUDIES[name], run=run))
     with pytest.raises(Called):
         rl.study(name, *inputs, out=tmp_path, **options)  # type: ignore[arg-type]
-    (made,) = calls
-    for bound in (made, asked):
-        bound.apply_defaults()
-    assert made.arguments == asked.arguments
+    with pytest.raises(Called):
+        parsing.run(
+            ["study", name, *inputs, *words, *(out if name == "table1" else ["--out", str(tmp_path)])]
+        )
+    by_python, by_words = calls
+    assert by_python == by_words
 
 
 def test_every_study_is_compared() -> None:

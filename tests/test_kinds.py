@@ -444,7 +444,7 @@ def test_a_picture_counts_it() -> None:
 # ---------------------------------------------------------------- nothing else compares kinds
 
 MAY_NAME_KINDS = {
-    "app/commands/simulate.py": "data sets have the LiDAR and camera channels of nuScenes",
+    "riglens/jobs/simulating.py": "data sets have the LiDAR and camera channels of nuScenes",
     "riglens/studies/accuracy_text.py": "studies of the paper's methods, on its LiDARs and cameras",
     "app/window/features/propose.py": "proposals are LiDARs",
     "app/window/features/sweep_field.py": "hit coverage is of LiDARs, 25 px of cameras",

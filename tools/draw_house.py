@@ -54,6 +54,7 @@ HOUSE = (
         ("every job as a", "function: riglens as rl"),
         "#ede7f6",
         (
+            (Room("jobs", "what a command or a function does"),),
             (Room("reporting", "pages and PDFs about rigs"),),
             (Room("studies", "prose and charts"), Room("rendering", "pictures for files")),
             (Room("evaluation", "scenes, scores, heatmaps"),),

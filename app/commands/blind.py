@@ -15,13 +15,12 @@ from rich.text import Text
 
 from riglens.app.commands.kind_choices import SeenByChoice
 from riglens.app.commands.options import Profiles
-from riglens.app.commands.output import Part, require_ending
-from riglens.app.terminal.console import progress_bar, results
+from riglens.app.commands.output import Part
+from riglens.app.terminal.console import TERMINAL, results
 from riglens.app.terminal.tables import table
 from riglens.core.blind.zones import (
     HEIGHTS_M,
     SHARE_WITHIN_M,
-    BlindEngine,
     BlindMap,
     BlindSettings,
     By,
@@ -30,14 +29,14 @@ from riglens.core.blind.zones import (
     unseen_by,
 )
 from riglens.core.errors import InputError
-from riglens.core.files import write_file
-from riglens.core.kernels.runtime import jit
+from riglens.core.files import require_ending, write_file
 from riglens.core.review.documents import blind_document
-from riglens.core.review.profiles import ONLY_GEOMETRY, Profile, bundled_profiles, read_profiles
-from riglens.core.review.verdicts import ProfileVerdict, verdicts
+from riglens.core.review.profiles import ONLY_GEOMETRY, Profile
+from riglens.core.review.verdicts import ProfileVerdict
 from riglens.core.rig.model import Rig
 from riglens.core.scene.sectors import SECTORS
 from riglens.core.shown_text import visible
+from riglens.jobs.reviewing import blind_zones
 from riglens.studies.files import csv_text
 
 ZONES = Group("Blind zones", sort_key=6)
@@ -79,7 +78,7 @@ class BlindArguments:
     def find(self, rig: Rig, profiles: Sequence[Profile], threads: int | None) -> Part:
         """Find blind zones of a rig, write the map if it was asked for, and return the part of the review."""
         with _option_names():
-            found, judged = blind_zones(rig, self.settings(), profiles, threads)
+            found, judged = blind_zones(rig, self.settings(), profiles, threads, TERMINAL)
         by, k = self.blind_by, self.blind_sensors
         if self.blind_map is not None:
             _write_map(self.blind_map, found, by, k)
@@ -95,21 +94,6 @@ def _option_names() -> Iterator[None]:
         if error.field in ("voxel_m", "width_m", "within_m"):
             raise InputError(error.message, f"blind_{error.field}") from None
         raise
-
-
-def profiles_of(files: Sequence[Path]) -> tuple[Profile, ...]:
-    """Return the profiles of some files, of those that ship with the program where none is named."""
-    return tuple(p for path in files for p in read_profiles(path)) if files else bundled_profiles()
-
-
-def blind_zones(
-    rig: Rig, settings: BlindSettings, profiles: Sequence[Profile], threads: int | None
-) -> tuple[BlindMap, tuple[ProfileVerdict, ...]]:
-    """Find blind zones of a rig and judge test objects."""
-    with progress_bar("Casting rays") as progress:
-        found = BlindEngine(rig.vehicle, settings, threads).evaluate(rig)
-        progress(0.5)
-        return found, verdicts(rig, profiles, settings.body, jit.use_threads(threads))
 
 
 def _write_map(path: Path, found: BlindMap, by: By, k: int) -> None:

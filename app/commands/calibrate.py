@@ -9,9 +9,9 @@ import numpy as np
 from cyclopts import Parameter
 from rich.table import Table
 
-from riglens.app.commands.options import BoxArguments, Libraries, Out
+from riglens.app.commands.options import BoxArguments, Libraries, Out, command
 from riglens.app.commands.output import require_outputs
-from riglens.app.terminal.console import advice, note, progress_bar, results
+from riglens.app.terminal.console import TERMINAL, note, progress_bar, results
 from riglens.app.terminal.loading import load_rig
 from riglens.app.terminal.tables import table
 from riglens.core.figures.figure import SE_FACTOR
@@ -22,16 +22,18 @@ from riglens.core.scene.survey import doubtful
 from riglens.core.study.calibrating import Rules
 from riglens.core.targets.calibration import MATCH_M, MIN_SCORE, WITHIN_M, Calibration
 from riglens.evaluation.calibrating import calibrated
+from riglens.evaluation.options import SceneOptions
 from riglens.evaluation.traffic import load_traffic
 
 SHOWN_AT = (1, 5, 10, 20, 50, 100)
 
 
+@command
 def calibrate(
     detections: Annotated[Path, Parameter(name="DETECTIONS")],
     /,
     *,
-    scene: BoxArguments = BoxArguments(),
+    scene: BoxArguments = SceneOptions(),
     out: Out,
     within: Annotated[float, Parameter(metavar="M")] = WITHIN_M,
     min_score: Annotated[float, Parameter(metavar="X")] = MIN_SCORE,
@@ -65,7 +67,7 @@ def calibrate(
     opened = None if rig is None else load_rig(rig)
     with progress_bar("Reading boxes") as progress:
         traffic = load_traffic(scene, within, progress)
-    for line in doubtful(traffic.data, advice):
+    for line in doubtful(traffic.data, TERMINAL.advice):
         note(line)
     found = calibrated(detections, scene, traffic, rules, name, opened)
     write_file(out, found.text())

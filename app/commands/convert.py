@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 
-from riglens.app.terminal.console import note_report, results
+from riglens.app.commands.options import command
+from riglens.app.terminal.console import TERMINAL, results
 from riglens.core.errors import InputError
 from riglens.core.files import require_apart, write_file
-from riglens.core.formats.exchange import format_called, format_for, read_rig, writable, write_rig
+from riglens.core.formats.exchange import format_called, format_for, writable
 from riglens.core.formats.mounts import ReadOptions
 from riglens.core.formats.opening import open_rig
-from riglens.core.formats.report import Report
-from riglens.core.rig.model import Rig
-from riglens.core.rig.presets import find_preset
+from riglens.evaluation.loading import note_report
 from riglens.evaluation.names import option_of
 from riglens.evaluation.options import Triple
+from riglens.jobs.converting import converted
 
 
+@command
 def convert(
     source: Annotated[str, Parameter(name="IN")],
     out: Annotated[Path, Parameter(name="OUT")],
@@ -70,27 +70,13 @@ def convert(
         if report.absolute() == out.absolute():
             raise InputError(f"must be another file than OUT (got {report})", "report")
     known = open_rig(vehicle).rig.vehicle if vehicle is not None else None
-    rig, read = read_source(source, from_, ReadOptions(known, rear_axle_x, origin, token, kit))
-    written = write_rig(rig, out, target.name).report
+    options = ReadOptions(known, rear_axle_x, origin, token, kit)
+    rig, read, written = converted(source, from_, out, target.name, options)
     for found in (read, written):
-        note_report(found)
+        note_report(found, TERMINAL)
     if report is not None:
         texts = (found.text(option_of) for found in (read, written) if found is not None)
         write_file(report, "\n".join(texts))
     count = len(rig.sensors)
     line = f"{out}: {count} sensor{'' if count == 1 else 's'} as {target.title}"
     results(out).print(line, soft_wrap=True)
-
-
-def read_source(
-    source: str | os.PathLike[str] | Rig, source_format: str | None, options: ReadOptions
-) -> tuple[Rig, Report | None]:
-    """Return the rig to convert, and the report on a file; a preset counts as a rig file."""
-    if isinstance(source, Rig):
-        rig = source
-    elif source_format is None and (preset := find_preset(os.fspath(source))) is not None:
-        rig = preset.rig()
-    else:
-        imported = read_rig(source, source_format, options)
-        return imported.rig, imported.report
-    return rig.replace(vehicle=options.vehicle_or(rig.vehicle)), None

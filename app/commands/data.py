@@ -3,41 +3,37 @@
 from __future__ import annotations
 
 import math
-import os
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated
 
-import psutil
 from cyclopts import Parameter
 from rich.table import Table
 from rich.text import Text
 
-from riglens.app.commands.options import Dask, GridArguments, JsonFigures, Out, ReadingArguments, Workers
+from riglens.app.commands.options import (
+    Dask,
+    GridArguments,
+    JsonFigures,
+    Out,
+    ReadingArguments,
+    Workers,
+    command,
+)
 from riglens.app.commands.output import deliver, require_outputs
-from riglens.app.terminal.console import note, progress_bar, results
-from riglens.app.terminal.loading import note_data
-from riglens.app.terminal.resumable import parts_folder, resumable
-from riglens.app.terminal.scores import data_line
+from riglens.app.terminal.console import TERMINAL, note, progress_bar, results
 from riglens.app.terminal.tables import table
-from riglens.core.files import require_writable
 from riglens.core.pieces.backend import Backend
-from riglens.core.pieces.work import Workers as Workforce
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.scene.grid import VoxelGrid
-from riglens.core.scene.pog import BYTES_PER_VOXEL, Pog, build_pog
-from riglens.core.scene.pog_parts import build_in_parts, groups_of, part_folder
-from riglens.core.scene.pog_store import save_pog
-from riglens.core.scene.readers import together
+from riglens.core.scene.pog import Pog
 from riglens.core.scene.statistics import RINGS_M, SECTORS
 from riglens.core.scene.survey import Survey
 from riglens.core.shown_text import visible
 from riglens.evaluation.described import Described, described
 from riglens.evaluation.names import option_with
-from riglens.evaluation.scenario import boxes_of, grid_of
+from riglens.evaluation.options import SceneOptions
+from riglens.evaluation.scene_words import data_line
+from riglens.jobs.building import build as build_file
 
 SHOWN_UNMAPPED = 20
 
@@ -48,10 +44,11 @@ BoxPaths = Annotated[Path, Parameter(name="BOXES", required=True)]
 # ---------------------------------------------------------------- riglens data build
 
 
+@command
 def build(
     *boxes: BoxPaths,
     out: Out,
-    scene: GridArguments = GridArguments(),
+    scene: GridArguments = SceneOptions(),
     workers: Workers = None,
     dask: Dask = None,
 ) -> None:
@@ -66,49 +63,11 @@ def build(
     workers
         Processes that build parts at the same time (as many as cores, parts and memory allow).
     """
-    backend = Backend(workers, dask)
-    require_writable(out, boxes)
-    grid = grid_of(scene)
-    # workers elsewhere have another working folder
-    source = boxes_of(scene, [path.resolve() for path in boxes] if dask else boxes)
-    groups = groups_of(source)
-    with progress_bar("Building the POG") as progress:
-        if len(groups) == 1 and dask is None:
-            pog = _stored(build_pog(source, grid, progress), boxes, out)
-        else:
-            with parts_folder(out) as folder, _workers(folder, len(groups), grid, backend) as workforce:
-                parts = part_folder(folder)
-                pog = _stored(build_in_parts(source, groups, grid, parts, workforce, progress), boxes, out)
-                parts.clear()
+    pog = build_file(boxes, out, scene, Backend(workers, dask), TERMINAL)
     _print_pog(pog, out)
 
 
-def _stored(pog: Pog, paths: Sequence[Path], out: Path) -> Pog:
-    pog = replace(pog, data=replace(pog.data, source=together(paths)))
-    save_pog(pog, out)
-    return pog
-
-
-@contextmanager
-def _workers(folder: Path, groups: int, grid: VoxelGrid, backend: Backend) -> Iterator[Workforce]:
-    if backend.dask is None:
-        count = min(backend.workers or _fitting(grid), groups)
-        backend = replace(backend, workers=count)
-        if count > 1:
-            grid.require_memory(BYTES_PER_VOXEL * (count + 1), f"{count} workers")
-    with resumable(folder, backend, groups) as workers:
-        yield workers
-
-
-def _fitting(grid: VoxelGrid) -> int:
-    """Return the number of cores, or fewer if half of the free memory does not hold that many grids and one more."""
-    one = grid.voxel_count * BYTES_PER_VOXEL
-    room = int(psutil.virtual_memory().available / 2 / one) - 1
-    return max(1, min(os.cpu_count() or 1, room))
-
-
 def _print_pog(pog: Pog, out: Path) -> None:
-    note_data(pog.data)
     console = results(out)
     console.print(data_line(pog.data, pog.data.short_source), soft_wrap=True)
     console.print(f"{out}: {pog.index.count:,} occupied voxels of {pog.grid.voxel_m:g} m", soft_wrap=True)
@@ -117,7 +76,8 @@ def _print_pog(pog: Pog, out: Path) -> None:
 # ---------------------------------------------------------------- riglens data show
 
 
-def show(*boxes: BoxPaths, scene: ReadingArguments = ReadingArguments(), json: JsonFigures = None) -> None:
+@command
+def show(*boxes: BoxPaths, scene: ReadingArguments = SceneOptions(), json: JsonFigures = None) -> None:
     """Show the contents of box data: classes, directions, distances, sizes, the ground, and unmapped names.
 
     Parameters

@@ -12,18 +12,14 @@ from rich.table import Table
 from rich.text import Text
 
 from riglens.app.commands.options import number
-from riglens.app.commands.output import require_ending
 from riglens.app.terminal.console import results
 from riglens.app.terminal.tables import table
 from riglens.core.errors import InputError
-from riglens.core.files import write_file
-from riglens.core.rig.model import Rig
+from riglens.core.files import require_ending, write_file
 from riglens.core.shown_text import visible
 from riglens.core.targets.detection_range import DetectionRange, RangePlan, RangeRow, around
-from riglens.core.targets.detection_range_making import detection_range_of
 from riglens.core.targets.detection_range_table import range_lines
 from riglens.core.targets.detection_range_text import HEADINGS, bearing_text, reach_text, stop_text
-from riglens.core.targets.engine import warm_up
 from riglens.studies.files import csv_text
 
 RANGE = Group("Detection range", sort_key=7)
@@ -81,12 +77,6 @@ class RangeArguments:
             from riglens.studies.pictures import write_picture
 
             write_picture(self.range_chart, range_figure(found))
-
-
-def detection_range(rig: Rig, plan: RangePlan, threads: int | None) -> DetectionRange:
-    """Find the detection ranges of a rig."""
-    warm_up(threads)
-    return detection_range_of(rig, plan, threads)
 
 
 def print_range(ranges: DetectionRange) -> None:

@@ -17,21 +17,24 @@ from riglens.app.commands.options import (
     RigNames,
     ScoreArguments,
     Surroundings,
+    command,
 )
+from riglens.evaluation.options import SceneOptions, ScoreOptions
 
 if TYPE_CHECKING:
     from riglens.core.rig.model import Rig
 
 
+@command
 def evaluate(
     *rigs: RigNames,
     targets: Annotated[bool | None, Parameter(group=COUNT, negative="--no-targets")] = None,
-    scene: EverythingArguments = EverythingArguments(),
+    scene: EverythingArguments = SceneOptions(),
     surroundings: Surroundings = None,
     by: Parts = "ring",
     count: CountArguments = CountArguments(),
     reading: RigArguments = RigArguments(),
-    score: ScoreArguments = ScoreArguments(),
+    score: ScoreArguments = ScoreOptions(),
     json: JsonFigures = None,
 ) -> None:
     """Evaluate one or more rigs: the leading figures, points and pixels on objects, and the paper's scores.
@@ -80,7 +83,7 @@ def evaluate(
 
     def show() -> None:
         console = results()
-        print_scene(field, loaded, score, console)
+        print_scene(field, loaded, score)
         for part in leading_table(evaluated):
             console.print(part, soft_wrap=isinstance(part, str))
         if found is not None and (targets or by != "ring"):

@@ -15,7 +15,7 @@ from rich.table import Table
 from rich.text import Text
 
 from riglens.app.commands.kind_choices import KindChoice
-from riglens.app.commands.options import Json, Libraries
+from riglens.app.commands.options import Json, Libraries, command
 from riglens.app.commands.output import deliver
 from riglens.app.terminal.console import results
 from riglens.app.terminal.tables import table
@@ -37,6 +37,7 @@ Name = Annotated[str | None, Parameter(name="NAME")]
 # ---------------------------------------------------------------- riglens list rigs
 
 
+@command
 def rigs(name: Name = None, /, *, out: Annotated[Path | None, Parameter(metavar="RIG.yaml")] = None) -> None:
     """List the built-in rigs, or print one as rig YAML, or write it to a file.
 
@@ -68,6 +69,7 @@ def rigs(name: Name = None, /, *, out: Annotated[Path | None, Parameter(metavar=
 # ---------------------------------------------------------------- riglens list sensors
 
 
+@command
 def sensors(
     name: Name = None,
     /,

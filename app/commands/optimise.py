@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from cyclopts import Group, Parameter
 from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from riglens.app.commands.check import CheckInputs, scene_for, unmet_by
 from riglens.app.commands.options import (
     Json,
     RigArguments,
@@ -20,11 +19,12 @@ from riglens.app.commands.options import (
     SourceArguments,
     Surroundings,
     ThreadArguments,
-    arguments,
+    all_of,
+    command,
     number,
 )
 from riglens.app.commands.output import deliver, require_outputs
-from riglens.app.terminal.console import progress_bar, results
+from riglens.app.terminal.console import TERMINAL, progress_bar, results
 from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic
 from riglens.core.errors import InputError
 from riglens.core.optimise.mounts import Move, moves_of
@@ -34,27 +34,22 @@ from riglens.core.optimise.run import finished
 from riglens.core.review.mounts import SIDES, MountLimits, Overhang
 from riglens.core.shown_text import visible
 from riglens.core.targets.traffic import WITHIN_M, Traffic
-from riglens.evaluation.options import SceneOptions
+from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.evaluation.search_options import HIGHEST_M, SearchOptions, numbers_of
+from riglens.jobs.checking import CheckInputs, scene_for, unmet_by
 
 ADDED = Group("Added sensors", sort_key=14)
 MOVED = Group("Moved sensors", sort_key=15)
 GOAL = Group("Objective", sort_key=16)
 FRAMES = Group("Frames and checks", sort_key=17)
-if TYPE_CHECKING:
-    SearchArguments = SearchOptions
-else:
-    SearchArguments = arguments(
-        SearchOptions,
-        {
-            **dict.fromkeys(("add", "count", "singles", "cost", "budget"), ADDED),
-            **dict.fromkeys(("spots_m", "lowest_m", "spacing_m", "beyond_m"), ADDED),
-            **dict.fromkeys(("objective", "weight", "floor", "at_least", "blind_m"), GOAL),
-            "frames": FRAMES,
-        },
-    )
+_GOALS = ("objective", "weight", "floor", "at_least", "blind_m")
+SearchArguments = Annotated[
+    SearchOptions,
+    all_of(SearchOptions, ADDED, dict.fromkeys(_GOALS, GOAL) | {"frames": FRAMES}),
+]
 
 
+@command
 def optimise(
     rig: RigName,
     /,
@@ -75,8 +70,8 @@ def optimise(
         tuple[Path, ...], Parameter(group=FRAMES, metavar="FILE", show_default=False)
     ] = (),
     seed: Annotated[int, number(FRAMES)] = 0,
-    scene: SourceArguments = SourceArguments(),
-    score: ThreadArguments = ThreadArguments(),
+    scene: SourceArguments = SceneOptions(),
+    score: ThreadArguments = ScoreOptions(),
     reading: RigArguments = RigArguments(),
     out: Annotated[Path | None, Parameter(metavar="DIR")] = None,
     json: Json = None,
@@ -141,7 +136,7 @@ def optimise(
         checks=_other_traffic(scene, check_boxes, within_m),
     )
     if asked is not None:
-        subject = scene_for(scene, [opened], score, asked.required)
+        subject = scene_for(scene, [opened], score, asked.required, TERMINAL)
         problem = replace(problem, unmet=lambda one: unmet_by(one, score, subject, asked))
     with progress_bar("Casting, choosing, checking") as progress:
         found = finished(problem, score.threads, progress)

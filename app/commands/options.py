@@ -2,24 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, make_dataclass
+import inspect
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
+from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args, get_type_hints
+from typing import Annotated, Any, Literal, ParamSpec, TypeVar, get_args, get_type_hints
 
 from cyclopts import Group, Parameter, Token
 
 from riglens.app.terminal.console import is_standard_output
 from riglens.core.errors import InputError
 from riglens.core.metric.scores import Body
+from riglens.core.option_help import OptionHelp
 from riglens.evaluation.names import option_of
-from riglens.evaluation.options import OptionHelp, SceneOptions, ScoreOptions
+from riglens.evaluation.options import DASK, LIBRARY, SceneOptions, ScoreOptions
 
 SCENE = Group("Scene: boxes and grid", sort_key=10)
 SCORE = Group("Score", sort_key=20)
 COUNT = Group("Hit coverage", sort_key=25)
 BUILD = Group("Workers", sort_key=30)
 MAX_DIGITS = 40
+ON_OFF = "on|off"
+P = ParamSpec("P")
+R = TypeVar("R")
 
 
 # ---------------------------------------------------------------- words to values
@@ -93,7 +99,7 @@ Libraries = Annotated[
         name="--library",
         metavar="FILE",
         show_default=False,
-        help="File with your own sensor models, for rigs that name them; may be repeated.",
+        help=LIBRARY.help,
     ),
 ]
 Workers = Annotated[int | None, number(BUILD)]
@@ -101,11 +107,8 @@ Dask = Annotated[
     str | None,
     Parameter(
         group=BUILD,
-        metavar="ADDRESS",
-        help=(
-            "Work on the Dask cluster of this scheduler, such as tls://10.0.0.1:8786. Trusted "
-            "clusters only: anyone with access can run code here (docs/security.md)."
-        ),
+        metavar=DASK.metavar,
+        help=DASK.help,
     ),
 ]
 
@@ -113,78 +116,112 @@ Dask = Annotated[
 # ---------------------------------------------------------------- options that travel together
 
 
-def arguments(options: type, group: Group | Mapping[str, Group], *names: str) -> Any:
-    """Return a class with some fields of a class of options, in one group or in several by their names; its instances
-    are the options themselves."""
-    groups = dict.fromkeys(names, group) if isinstance(group, Group) else group
+@dataclass(frozen=True)
+class Taken:
+    """Fields of a class of options that a command takes, and their groups in --help."""
+
+    groups: Mapping[str, Group | None]
+
+
+def taken(group: Group, *names: str) -> Taken:
+    """Return some fields in one group."""
+    return Taken(dict.fromkeys(names, group))
+
+
+def all_of(options: type, group: Group | None = None, others: Mapping[str, Group] | None = None) -> Taken:
+    """Return all fields of a class of options in one group, but for some in others."""
+    return Taken({one.name: (others or {}).get(one.name, group) for one in fields(options)})
+
+
+def command(function: Callable[P, R]) -> Callable[P, R]:
+    """Let the command line see each field of a command's options, `Annotated` with `Taken`, as an option of its own."""
+    hints = get_type_hints(function, include_extras=True)
+    options = dict[str, tuple[type, Sequence[str], set[str]]]()
+    parameters = list[inspect.Parameter]()
+    for name, parameter in inspect.signature(function).parameters.items():
+        hint = hints[name]
+        how = next((one for one in getattr(hint, "__metadata__", ()) if isinstance(one, Taken)), None)
+        if how is None:
+            parameters.append(parameter.replace(annotation=hint))
+            continue
+        options[name] = hint.__origin__, tuple(how.groups), _switches(hint.__origin__)
+        parameters += _parameters(name, hint.__origin__, how)
+
+    @wraps(function)
+    def run(*inputs: P.args, **given: P.kwargs) -> R:
+        for name, (kind, names, switches) in options.items():
+            said = {one: given.pop(f"{name}_{one}") for one in names if f"{name}_{one}" in given}
+            said |= {one: said[one] == "on" for one in said.keys() & switches}
+            if said:
+                given[name] = kind(**said)
+        return function(*inputs, **given)
+
+    run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    run.__annotations__ = {one.name: one.annotation for one in parameters}
+    return run
+
+
+def _switches(options: type) -> set[str]:
+    """Return the fields that are said by the words on and off."""
+    hints = get_type_hints(options, localns={"Rig": object}, include_extras=True)
+    said = {name: one for name, hint in hints.items() for one in getattr(hint, "__metadata__", ())}
+    return {name for name, one in said.items() if isinstance(one, OptionHelp) and one.metavar == ON_OFF}
+
+
+def _parameters(owner: str, options: type, how: Taken) -> Iterator[inspect.Parameter]:
     hints = get_type_hints(options, localns={"Rig": object}, include_extras=True)
     defaults = {one.name: one.default for one in fields(options)}
-    rows = []
-    for name, under in groups.items():
+    for name, group in how.groups.items():
         kind, said = get_args(hints[name])
-        rows.append(
-            (name, _annotated(kind, said, name, under, defaults[name]), field(default=defaults[name]))
+        default = defaults[name]
+        if said.metavar == ON_OFF:
+            kind, said = Literal["on", "off"], said._replace(metavar="")
+            default = "on" if default else "off"
+        hint = _annotated(kind, said, name, group, default)
+        yield inspect.Parameter(
+            f"{owner}_{name}", inspect.Parameter.KEYWORD_ONLY, default=default, annotation=hint
         )
-    namespace = {
-        "__module__": __name__,
-        "__new__": lambda _, **values: options(**values),
-        # Cyclopts hands what was made to pydantic, where that is loaded; it is checked already
-        "__get_pydantic_core_schema__": classmethod(lambda *_: {"type": "any"}),
-    }
-    made = make_dataclass(options.__name__, rows, frozen=True, namespace=namespace)
-    return Parameter(name="*")(made)
 
 
-def _annotated(kind: Any, said: OptionHelp, name: str, group: Group, default: object) -> Any:
+def _annotated(kind: Any, said: OptionHelp, name: str, group: Group | None, default: object) -> Any:
     converter: Callable[..., Any] | None = whole_number if int in (kind, *get_args(kind)) else None
     if name == "voxel_m":
         converter = _edge_or_auto
     elif kind is bool and said.metavar:  # said by a word
         kind, converter = Literal[said.metavar, True, False], _is_word(said.metavar)
-    return Annotated[
+    described = Annotated[
         kind,
         Parameter(
-            name=option_of(name),
-            group=group,
+            name=f"--{said.option}" if said.option else option_of(name),
             metavar=said.metavar or None,
             help=said.help,
             converter=converter,
-            show_default=default not in (None, (), False),
+            show_default=default is not False and default not in (None, ()),
             show_choices=converter is None,
         ),
     ]
+    if group is None:  # given as None, it would hide the option
+        return described
+    return Annotated[described, Parameter(group=group)]
 
 
-if TYPE_CHECKING:
-    ReadingArguments = SceneOptions
-    GridArguments = SceneOptions
-    BoxArguments = SceneOptions
-    SourceArguments = SceneOptions
-    TrafficArguments = SceneOptions
-    SceneArguments = SceneOptions
-    EverythingArguments = SceneOptions
-    ScoreArguments = ScoreOptions
-    WindowArguments = ScoreOptions
-    WeightArguments = ScoreOptions
-    BodyArguments = ScoreOptions
-    ThreadArguments = ScoreOptions
-    RunArguments = ScoreOptions
-else:
-    _READING = ("origin_m", "frames", "classes", "find_ground")
-    _GRID = (*_READING, "voxel_m", "roi_m")
-    ReadingArguments = arguments(SceneOptions, SCENE, *_READING)
-    GridArguments = arguments(SceneOptions, SCENE, *_GRID)
-    BoxArguments = arguments(SceneOptions, SCENE, "boxes", *_READING)
-    SourceArguments = arguments(SceneOptions, SCENE, "boxes", "origin_m", "classes", "find_ground")
-    TrafficArguments = arguments(SceneOptions, SCENE, "boxes", *_READING, "occluders")
-    SceneArguments = arguments(SceneOptions, SCENE, "boxes", *_GRID, "pog", "tolerance_pp")
-    EverythingArguments = arguments(SceneOptions, SCENE, "boxes", *_GRID, "pog", "tolerance_pp", "occluders")
-    ScoreArguments = arguments(ScoreOptions, SCORE, "method", "reading", "camera_weight", "threads", "body")
-    WindowArguments = arguments(ScoreOptions, SCORE, "camera_weight", "threads", "body")
-    WeightArguments = arguments(ScoreOptions, SCORE, "camera_weight", "threads")
-    RunArguments = arguments(ScoreOptions, SCORE, "threads", "body")
-    BodyArguments = arguments(ScoreOptions, SCORE, "body")
-    ThreadArguments = arguments(ScoreOptions, SCORE, "threads")
+_READING = ("origin_m", "frames", "classes", "find_ground")
+_GRID = (*_READING, "voxel_m", "roi_m")
+_STORED = ("pog", "tolerance_pp")
+_RUN = ("threads", "body")
+ReadingArguments = Annotated[SceneOptions, taken(SCENE, *_READING)]
+GridArguments = Annotated[SceneOptions, taken(SCENE, *_GRID)]
+BoxArguments = Annotated[SceneOptions, taken(SCENE, "boxes", *_READING)]
+SourceArguments = Annotated[SceneOptions, taken(SCENE, "boxes", "origin_m", "classes", "find_ground")]
+TrafficArguments = Annotated[SceneOptions, taken(SCENE, "boxes", *_READING, "occluders")]
+SceneArguments = Annotated[SceneOptions, taken(SCENE, "boxes", *_GRID, *_STORED)]
+EverythingArguments = Annotated[SceneOptions, taken(SCENE, "boxes", *_GRID, *_STORED, "occluders")]
+ScoreArguments = Annotated[ScoreOptions, taken(SCORE, "method", "reading", "camera_weight", *_RUN)]
+WeightArguments = Annotated[ScoreOptions, taken(SCORE, "camera_weight", "threads")]
+RunArguments = Annotated[ScoreOptions, taken(SCORE, *_RUN)]
+WindowArguments = Annotated[ScoreOptions, taken(SCORE, "camera_weight", *_RUN)]
+BodyArguments = Annotated[ScoreOptions, taken(SCORE, "body")]
+ThreadArguments = Annotated[ScoreOptions, taken(SCORE, "threads")]
 
 
 @Parameter(name="*")

@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
-from riglens.core.errors import InputError
 from riglens.core.files import require_writable, write_file
 from riglens.core.plain import to_text
 
@@ -21,12 +20,6 @@ def require_outputs(reads: Iterable[str | Path], *paths: str | Path | None) -> N
     for path in paths:
         if path not in (None, "-"):
             require_writable(path, kept)
-
-
-def require_ending(field: str, path: Path | None, *endings: str) -> None:
-    """Raise InputError unless a file that is named has one of these endings."""
-    if path is not None and path.suffix.lower() not in endings:
-        raise InputError(f"must end in {' or '.join(endings)} (got {path})", field)
 
 
 def deliver(document: dict[str, Any], json: str | None, show: Callable[[], None]) -> None:

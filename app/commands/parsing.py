@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 
-from riglens.app.commands.options import Libraries, RigName, SceneArguments, WindowArguments
+from riglens.app.commands.options import Libraries, RigName, SceneArguments, WindowArguments, command
 from riglens.core.errors import InputError
-from riglens.evaluation.options import DEFAULT_RIG
+from riglens.evaluation.options import DEFAULT_RIG, SceneOptions, ScoreOptions
 from riglens.version import installed_version
 
 
@@ -131,12 +131,13 @@ app = App(
 
 
 @app.default
+@command
 def window(
     rig: RigName = DEFAULT_RIG,
     /,
     *,
-    scene: SceneArguments = SceneArguments(),
-    score: WindowArguments = WindowArguments(),
+    scene: SceneArguments = SceneOptions(),
+    score: WindowArguments = ScoreOptions(),
     libraries: Libraries = (),
 ) -> int:
     """Open the window on RIG (nuScenes car). Without a display: the scores, and a picture, YAML and JSON in out/."""

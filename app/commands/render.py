@@ -15,10 +15,11 @@ from riglens.app.commands.options import (
     RigArguments,
     RigName,
     SceneArguments,
+    command,
     number,
 )
-from riglens.app.terminal.console import results
-from riglens.app.terminal.loading import load_rig, load_scene, load_traffic, with_choice
+from riglens.app.terminal.console import TERMINAL, note, results
+from riglens.app.terminal.loading import load_rig, load_scene, load_traffic
 from riglens.core.errors import InputError
 from riglens.core.figures.heatmaps import OFF, SEEN_ENTROPY
 from riglens.core.figures.registry import heat_maps
@@ -26,6 +27,8 @@ from riglens.core.figures.text import in_sentence
 from riglens.core.files import require_writable
 from riglens.core.rig.library import use_libraries
 from riglens.core.targets.traffic import WITHIN_M
+from riglens.evaluation.loading import with_choice
+from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.evaluation.scenario import settings_of
 from riglens.rendering.display import prepare_drawing
 from riglens.rendering.render import RenderRequest, as_drawn, drawn_score, score_and_draw
@@ -101,14 +104,15 @@ class PictureArguments:
         )  # fmt: skip
 
 
+@command
 def render(
     rig: RigName,
     /,
     *,
     out: Out,
     look: PictureArguments = PictureArguments(),
-    scene: SceneArguments = SceneArguments(),
-    score: BodyArguments = BodyArguments(),
+    scene: SceneArguments = SceneOptions(),
+    score: BodyArguments = ScoreOptions(),
     reading: RigArguments = RigArguments(),
 ) -> None:
     """Draw a rig, its rays and the heatmap of a class into a PNG file, without a display.
@@ -129,11 +133,11 @@ def render(
     require_writable(out)
     opened = with_choice(load_rig(rig), reading.housings)
     baseline = load_rig(picture.baseline) if picture.baseline is not None else None
-    opened = as_drawn(opened, Path(rig).parent)
+    opened = as_drawn(opened, Path(rig).parent, note)
     score = drawn_score(opened, score.body)
     pog, field = load_scene(scene, [opened], score)
     traffic = load_traffic(scene, WITHIN_M) if is_of_objects else None
-    score_and_draw(opened, pog, field, picture, baseline, settings_of(score), traffic)
+    score_and_draw(opened, pog, field, picture, baseline, settings_of(score), traffic, TERMINAL)
     width, height = (side * picture.scale for side in picture.size_px)
     results(out).print(f"{out}: {width} x {height} pixels", soft_wrap=True)
 

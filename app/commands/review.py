@@ -11,27 +11,29 @@ from cyclopts import Group, Parameter
 from rich.text import Text
 
 from riglens.app.commands.audit import print_audit
-from riglens.app.commands.blind import BlindArguments, profiles_of
-from riglens.app.commands.detection_range import RangeArguments, detection_range, print_range
-from riglens.app.commands.mounts import mounts_document, print_mounts
+from riglens.app.commands.blind import BlindArguments
+from riglens.app.commands.detection_range import RangeArguments, print_range
+from riglens.app.commands.mounts import print_mounts
 from riglens.app.commands.options import (
     Json,
     RigArguments,
     RigName,
     SceneArguments,
     ScoreArguments,
+    command,
     number,
 )
 from riglens.app.commands.output import Part, deliver, require_outputs
-from riglens.app.commands.redundancy import RedundancyArguments, redundancy_of
+from riglens.app.commands.redundancy import RedundancyArguments, print_redundancy
 from riglens.app.commands.tolerance import ToleranceArguments, drawn, print_tolerance
-from riglens.app.terminal.console import note, progress_bar, results
+from riglens.app.terminal.console import TERMINAL, note, progress_bar, results
 from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic
 from riglens.core.engine.audit import audit as audit_rig
 from riglens.core.engine.audit import audit_document
 from riglens.core.errors import InputError
 from riglens.core.metric.entropy import EntropyField
-from riglens.core.review.profiles import Profile
+from riglens.core.review.documents import mounts_review_document
+from riglens.core.review.profiles import Profile, profiles_in
 from riglens.core.rig.edits import damaged as damaged_rig
 from riglens.core.rig.model import FORMAT_VERSION, Rig
 from riglens.core.targets.detection_range import RangePlan
@@ -39,10 +41,12 @@ from riglens.core.targets.detection_range_table import range_document
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import WITHIN_M, Traffic
 from riglens.evaluation.options import SceneOptions, ScoreOptions
+from riglens.jobs.reviewing import detection_range, redundancy_of
 
 REVIEW = Group("Review", sort_key=5)
 
 
+@command
 def review(
     rig: RigName,
     /,
@@ -57,8 +61,8 @@ def review(
     distances: RangeArguments = RangeArguments(),
     redundancy: RedundancyArguments = RedundancyArguments(),
     tolerance: ToleranceArguments = ToleranceArguments(),
-    scene: SceneArguments = SceneArguments(),
-    score: ScoreArguments = ScoreArguments(),
+    scene: SceneArguments = SceneOptions(),
+    score: ScoreArguments = ScoreOptions(),
     reading: RigArguments = RigArguments(),
     json: Json = None,
 ) -> None:
@@ -86,7 +90,7 @@ def review(
     if score.body == "ignored" and not {"redundancy", "tolerance"} & set(parts):
         score.solid(score.body)
     blind.settings()  # what is wrong with options is said before rigs are read
-    plan, profiles = distances.plan(min_points), profiles_of(blind.profiles)
+    plan, profiles = distances.plan(min_points), profiles_in(blind.profiles)
     (opened,) = load_rigs([rig], score.solid(), reading.libraries, reading.housings)
     opened = damaged_rig(opened, damaged)
     paths = [path for files in outputs.values() for path in files.values()]
@@ -149,8 +153,8 @@ class Review:
         """Find what failures cost."""
         traffic = None if self.redundancy_options.no_objects else self.traffic
         halves = self.redundancy_options.halves
-        found = redundancy_of(self.rig, self.field, traffic, self.score, self.counting, halves)
-        return found.document(), found.show
+        found = redundancy_of(self.rig, self.field, traffic, self.score, self.counting, halves, TERMINAL)
+        return found.document(), lambda: print_redundancy(found)
 
     def tolerance(self) -> Part:
         """Draw errors and find how figures spread."""
@@ -168,7 +172,7 @@ class Review:
 
     def mounts(self) -> Part:
         """Say where sensors sit."""
-        return mounts_document(self.rig), lambda: print_mounts(self.rig)
+        return mounts_review_document(self.rig), lambda: print_mounts(self.rig)
 
 
 PARTS: dict[str, Callable[[Review], Part]] = {

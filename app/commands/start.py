@@ -4,11 +4,22 @@ from __future__ import annotations
 
 import gc
 import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from riglens.app.launch.interrupt import leaving_on_interrupt
+from riglens.core.errors import InputError
+from riglens.core.files import require_writable, write_file
 from riglens.evaluation.options import DEFAULT_RIG, PAPER_RIG, SceneOptions, ScoreOptions
-from riglens.rendering.display import missing_display
+from riglens.rendering.display import missing_display, prepare_drawing
 from riglens.rendering.system_libraries import require_system_libraries
+
+if TYPE_CHECKING:
+    from riglens.core.rig.model import Rig
+
+OUT = Path("out")
+"""Default output folder of a run without a window."""
 
 
 def start(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
@@ -43,17 +54,50 @@ def load_packages() -> None:
 
 
 def _without_window(rig: str, scene: SceneOptions, score: ScoreOptions, problem: str) -> int:
-    from pathlib import Path
-
     from riglens.core.formats.opening import open_rig
     from riglens.core.rig.presets import preset
 
     opened = open_rig(rig)
     print(f"no display: running headless ({problem})", file=sys.stderr)
-    from riglens.app.terminal.console import note_report
-    from riglens.rendering.render import score_without_window
+    from riglens.app.terminal.console import TERMINAL, note
+    from riglens.evaluation.loading import note_report
+    from riglens.rendering.render import as_drawn
 
-    note_report(opened.report)
+    note_report(opened.report, TERMINAL)
     beside = (preset(PAPER_RIG),) if rig == DEFAULT_RIG else ()
-    score_without_window((opened.rig, *beside), Path(rig).parent, scene, score)
+    prepare_drawing()
+    rigs = [as_drawn(one, Path(rig).parent, note) for one in (opened.rig, *beside)]
+    _score_and_draw(rigs, scene, score)
     return 0
+
+
+def _score_and_draw(rigs: Sequence[Rig], scene: SceneOptions, score: ScoreOptions) -> None:
+    """Score rigs, print the scores, and write them as JSON, with the first rig as a picture and as YAML."""
+    from riglens.app.terminal.console import TERMINAL, results
+    from riglens.app.terminal.loading import load_scene
+    from riglens.app.terminal.scores import print_scene, print_scores, score_rigs
+    from riglens.core.engine.evaluation_json import evaluation_document
+    from riglens.core.plain import to_text
+    from riglens.core.rig.yaml.file import dumps
+    from riglens.evaluation.scenario import settings_of
+    from riglens.rendering.render import RenderRequest, draw_evaluated
+
+    pog, field = load_scene(scene, rigs, score)
+    screenshot, rig_file, scores = OUT / "screenshot.png", OUT / "rig.yaml", OUT / "scores.json"
+    _make_folder(OUT)
+    for path in (screenshot, rig_file, scores):
+        require_writable(path)
+    evaluations = score_rigs(rigs, field, score, with_seen=True)
+    print_scene(field, rigs, score)
+    print_scores(evaluations, score)
+    write_file(scores, to_text(evaluation_document(field, settings_of(score), evaluations)))
+    write_file(rig_file, dumps(rigs[0]))
+    draw_evaluated(evaluations[0], pog, field, RenderRequest(screenshot), TERMINAL)
+    results().print(f"Written: {screenshot}, {rig_file}, {scores}", soft_wrap=True)
+
+
+def _make_folder(folder: Path) -> None:
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: folder cannot be created ({error.strerror})") from error

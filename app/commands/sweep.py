@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -24,19 +24,18 @@ from riglens.app.commands.options import (
     Surroundings,
     Whole,
     Workers,
+    command,
     number,
 )
-from riglens.app.commands.output import deliver, require_ending, require_outputs
+from riglens.app.commands.output import deliver, require_outputs
 from riglens.app.commands.targets import count_settings
-from riglens.app.terminal.console import progress_bar, results
-from riglens.app.terminal.loading import load_rigs, note_data
-from riglens.app.terminal.resumable import parts_folder, resumable
+from riglens.app.terminal.console import TERMINAL, results
+from riglens.app.terminal.loading import load_rigs
 from riglens.core.errors import InputError
+from riglens.core.files import require_ending
 from riglens.core.pieces.backend import Backend
-from riglens.core.rig.model import Rig
 from riglens.core.shown_text import visible
-from riglens.core.sweep.design import Design, Span, Sweep, grid, sobol, table
-from riglens.core.sweep.rows import SweepFigures
+from riglens.core.sweep.design import Span, Sweep
 from riglens.core.sweep.table import (
     better_of,
     document_of,
@@ -44,11 +43,10 @@ from riglens.core.sweep.table import (
     header_of,
     main_figures,
     near_best,
-    write,
 )
 from riglens.evaluation.options import SceneOptions, ScoreOptions
-from riglens.evaluation.scenario import settings_of
-from riglens.evaluation.sweeping import LoadedSweep, SweepOptions, piece_folder
+from riglens.evaluation.sweeping import LoadedSweep
+from riglens.jobs.sweeping import design_of, run_sweep, sweep_options
 
 if TYPE_CHECKING:
     from pyarrow import Table
@@ -66,6 +64,7 @@ class SweepCountArguments(CountArguments):
     objects: Annotated[Path | None, Parameter(show=False)] = None
 
 
+@command
 def sweep(
     *rigs: RigNames,
     out: Annotated[Path, Parameter(metavar="FILE.parquet")],
@@ -79,11 +78,11 @@ def sweep(
     blind: Annotated[float | None, Parameter(metavar="M")] = None,
     chart: Annotated[Path | None, Parameter(metavar="FILE.png|.svg")] = None,
     figure: Annotated[tuple[str, ...], Parameter(metavar="COLUMN", show_default=False)] = (),
-    scene: EverythingArguments = EverythingArguments(),
+    scene: EverythingArguments = SceneOptions(),
     surroundings: Surroundings = None,
     count: SweepCountArguments = SweepCountArguments(),
     reading: RigArguments = RigArguments(),
-    score: ScoreArguments = ScoreArguments(),
+    score: ScoreArguments = ScoreOptions(),
     workers: Workers = None,
     dask: Dask = None,
     json: Json = None,
@@ -125,13 +124,18 @@ def sweep(
     require_outputs((*rigs, *scene.files, *([table] if table else [])), out, chart, json)
     design = design_of([Span.parsed(text) for text in vary], sobol, design_seed, table)
     loaded = load_rigs(rigs, score, reading.libraries, reading.housings)
-    options = sweep_options(loaded, scene.surrounded(surroundings), count, score, compute, blind)
+    if count.objects is not None:
+        raise InputError("belongs to riglens evaluate", "objects")
+    options = sweep_options(
+        loaded, scene.surrounded(surroundings), count_settings(count, score), count.within_m, count.sample, score,
+        compute, blind,
+    )  # fmt: skip
     sweep = LoadedSweep(Sweep.of(loaded, design), options, design.kind, score.threads)
     if chart is not None:
         from riglens.studies.sweep_chart import require_drawable  # matplotlib
 
         require_drawable(sweep.header, figure)
-    found = run_sweep(sweep, out, backend)
+    found = run_sweep(sweep, out, backend, TERMINAL)
     if chart is not None:
         draw(found, figure, chart)
     deliver(document_of(found), json, lambda: print_figures(found, out))
@@ -143,60 +147,6 @@ def draw(found: Table, figures: Sequence[str], path: Path) -> None:
     from riglens.studies.sweep_chart import sweep_figure  # matplotlib
 
     write_picture(path, sweep_figure(found, figures))
-
-
-def design_of(spans: Sequence[Span], points: int | None, seed: int, path: Path | None) -> Design:
-    """Return the design that was asked for; raise InputError for contradicting ones."""
-    if path is not None:
-        if spans or points is not None:
-            raise InputError("cannot be combined with", "table", "vary" if spans else "sobol")
-        return table(path)
-    return grid(spans) if points is None else sobol(spans, points, seed)
-
-
-def sweep_options(
-    rigs: Sequence[Rig],
-    scene: SceneOptions,
-    count: CountArguments,
-    score: ScoreOptions,
-    compute: Literal["score", "targets"] | None = None,
-    blind_m: float | None = None,
-) -> SweepOptions:
-    """Return what rows are computed from; raise InputError for options that contradict."""
-    if count.objects is not None:
-        raise InputError("belongs to riglens evaluate", "objects")
-    if blind_m is not None and not 0.05 <= blind_m <= 2.0:
-        raise InputError(f"must be between 0.05 and 2 m (got {blind_m:g})", "blind_m")
-    if compute != "score" and scene.pog is not None:
-        raise InputError("holds no objects to count: leave it out, or choose score for", "pog", "compute")
-    figures = SweepFigures(
-        None if compute == "targets" else settings_of(score),
-        None if compute == "score" else count_settings(count, score),
-        count.sample,
-        blind_m,
-    )
-    scene = replace(
-        scene.for_rigs(rigs, score),
-        boxes=scene.boxes and scene.boxes.resolve(),  # workers elsewhere have another working folder
-        pog=scene.pog and scene.pog.resolve(),
-        occluders=scene.occluders and (scene.occluders[0].resolve(), scene.occluders[1].resolve()),
-    )
-    return SweepOptions(scene, count.within_m, figures, rigs[0])
-
-
-def run_sweep(sweep: LoadedSweep, out: Path, backend: Backend) -> Table:
-    """Compute all rows, write them into a file, and return them."""
-    for data in sweep.data:
-        note_data(data)
-    spans = sweep.spans()
-    with progress_bar("Evaluating rigs") as progress, parts_folder(out) as folder:
-        store = piece_folder(folder)
-        with resumable(folder, backend, len(spans)) as workers:
-            # a machine of a cluster has a worker for each core
-            found = sweep.table(store, workers, spans, None if backend.dask is None else 1, progress)
-            write(found, out)
-            store.clear()
-    return found
 
 
 def print_figures(found: Table, out: Path) -> None:

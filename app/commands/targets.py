@@ -13,7 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from riglens.app.commands.options import CountArguments, Parts
-from riglens.app.commands.output import require_ending, require_outputs
+from riglens.app.commands.output import require_outputs
 from riglens.app.terminal.console import progress_bar, results
 from riglens.app.terminal.loading import load_traffic
 from riglens.core.errors import InputError
@@ -22,7 +22,7 @@ from riglens.core.figures.figure import SE_FACTOR, Estimate
 from riglens.core.figures.objects import ObjectFigure, Part, parts_by_class, parts_by_sector
 from riglens.core.figures.predicted import FOUND, found_text
 from riglens.core.figures.registry import object_figures
-from riglens.core.files import atomic_write
+from riglens.core.files import atomic_write, require_ending
 from riglens.core.metric.scores import common_body
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES

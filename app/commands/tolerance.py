@@ -20,11 +20,11 @@ from riglens.core.metric.entropy import EntropyField
 from riglens.core.review.documents import tolerance_document
 from riglens.core.review.measures import Measures, measured_name
 from riglens.core.review.tolerance import (
-    MAX_DRAWS,
     Sensitivity,
     ToleranceProfile,
     ToleranceResult,
     profile_called,
+    require_draws,
     worst_rig,
 )
 from riglens.core.review.tolerance import tolerance as tolerance_of
@@ -92,14 +92,6 @@ def drawn(
             rig, profile_called(asked.errors), measure, asked.draws, asked.seed, asked.sensitivities, progress
         )
     return found, tolerance_document(found, score.body_of(rig), measure)
-
-
-def require_draws(draws: int, seed: int, least: int) -> None:
-    """Raise InputError for a number of draws or a seed out of its limits."""
-    if not least <= draws <= MAX_DRAWS:
-        raise InputError(f"must be an integer from {least} to {MAX_DRAWS} (got {draws})", "draws")
-    if not 0 <= seed < 1 << 63:
-        raise InputError(f"must be an integer from 0 to 2^63 - 1 (got {seed})", "seed")
 
 
 def print_tolerance(found: ToleranceResult, body: str) -> None:

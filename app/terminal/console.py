@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
@@ -17,14 +17,15 @@ from rich.segment import Segment
 from rich.table import Table
 from rich.text import Text
 
+from riglens.app.terminal.tables import printed
 from riglens.core.files import is_stream
-from riglens.core.formats.report import Report
+from riglens.core.monitor import Monitor, Stage
+from riglens.core.shown_tables import Block, Paragraph, ShownTable
 from riglens.core.shown_text import visible, visible_lines
-from riglens.evaluation.names import argument_with, option_of, option_with
+from riglens.evaluation.names import option_with
 
 PIPE_WIDTH, FEWEST_LETTERS = 140, 12
 """Columns when standard output is a file or a pipe; letters that words keep in a line where a table is too wide."""
-_listener = ContextVar[Callable[[str], object] | None]("listener", default=None)
 _noted = ContextVar[set[str] | None]("noted", default=None)
 
 
@@ -33,8 +34,6 @@ def results(beside: str | Path | None = None) -> Console:
 
     beside: a file that the command writes; where that is standard output itself, the words go to standard error.
     """
-    if _listener.get() is not None:
-        return Console(quiet=True)
     if beside is not None and is_standard_output(beside):
         return remarks()
     return _console(width=None if sys.stdout.isatty() else PIPE_WIDTH)
@@ -109,9 +108,11 @@ class _WrittenOut:
             yield Segment(text if control else visible_lines(text), style, control)
 
 
-def advice(field: str, value: object) -> str:
-    """Return what gives a field a value where notes are read: an option, or an argument in Python."""
-    return (option_with if _listener.get() is None else argument_with)(field, value)
+def show(blocks: Iterable[Block], beside: str | Path | None = None) -> None:
+    """Print lines, paragraphs and tables on the console for results; `beside` as there."""
+    console = results(beside)
+    for block in blocks:
+        console.print(printed(block), soft_wrap=not isinstance(block, Paragraph | ShownTable))
 
 
 def note(message: str) -> None:
@@ -121,11 +122,7 @@ def note(message: str) -> None:
         if message in noted:
             return
         noted.add(message)
-    tell = _listener.get()
-    if tell is not None:
-        tell(message)
-    else:
-        remarks().print(Text(f"note: {visible(message)}"), soft_wrap=True)
+    remarks().print(Text(f"note: {visible(message)}"), soft_wrap=True)
 
 
 @contextmanager
@@ -139,40 +136,34 @@ def notes_once() -> Iterator[None]:
 
 
 @contextmanager
-def called_from_python(tell: Callable[[str], object]) -> Iterator[None]:
-    """Hand notes to a function and print no results while the block runs."""
-    token = _listener.set(tell)
-    try:
-        with notes_once():
-            yield
-    finally:
-        _listener.reset(token)
-
-
-def note_report(report: Report | None) -> None:
-    """Print what became of a rig of another program, one remark per line, on standard error."""
-    if report is not None:
-        for line in report.lines(option_of):
-            note(f"{report.title}: {line}")
-
-
-@contextmanager
-def progress_bar(title: str) -> Iterator[Callable[[float], None]]:
-    """Show a progress bar on standard error while the block runs, if that is a terminal.
-
-    Yields the function that takes the fraction done, 0 to 1.
-    """
-    with stage_bar(title) as tell:
-        yield lambda fraction: tell(fraction, "")
-
-
-@contextmanager
-def stage_bar(title: str) -> Iterator[Callable[[float, str], None]]:
-    """Show a progress bar with stages; yield its callback for the fraction done and the current stage."""
+def progress_bar(title: str) -> Iterator[Stage]:
+    """Show a progress bar on standard error while the block runs, if that is a terminal; yield what takes the fraction
+    done and what is under way."""
     console = remarks()
     columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task(title, total=1.0)
-        yield lambda fraction, stage: bar.update(
-            task, completed=fraction, description=visible(stage or title)
-        )
+
+        def tell(fraction: float, under_way: str = "", /) -> None:
+            bar.update(task, completed=fraction, description=visible(under_way or title))
+
+        yield tell
+
+
+class _Terminal(Monitor):
+    """Listener that prints remarks and shows progress bars."""
+
+    def note(self, line: str) -> None:
+        """Print a remark."""
+        note(line)
+
+    def advice(self, field: str, value: object) -> str:
+        """Return an option."""
+        return option_with(field, value)
+
+    def stage(self, title: str) -> AbstractContextManager[Stage]:
+        """Show a progress bar."""
+        return progress_bar(title)
+
+
+TERMINAL = _Terminal()

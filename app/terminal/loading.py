@@ -5,33 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from riglens.app.terminal.console import advice, note, note_report, progress_bar
-from riglens.core.formats.opening import open_rig
+from riglens.app.terminal.console import TERMINAL
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Body
-from riglens.core.rig.library import use_libraries
 from riglens.core.rig.model import Rig
-from riglens.core.scene.boxes import DataReport
 from riglens.core.scene.pog import Pog
-from riglens.core.sensing.rays import missing_ray_count
 from riglens.core.targets.traffic import Traffic
-from riglens.core.vehicle.mesh_file import with_mesh_read
+from riglens.evaluation import loading
 from riglens.evaluation.options import SceneOptions, ScoreOptions
-from riglens.evaluation.scenario import load_scenario, remarks_on
-from riglens.evaluation.traffic import load_traffic as read_traffic
-from riglens.evaluation.voxel_words import reason, tried_lines
 
 
 def load_rig(name: str) -> Rig:
-    """Open a preset, a rig file or a file of another program; note what could not be taken over as it was."""
-    opened = open_rig(name)
-    note_report(opened.report)
-    return opened.rig
-
-
-def with_choice(rig: Rig, housings: Body | None) -> Rig:
-    """Return a rig whose housings block or not as given for this run, or else as the rig says."""
-    return rig if housings is None else rig.model_copy(update={"housings": housings})
+    """Open a preset, a rig file or a file of another program."""
+    return loading.load_rig(name, TERMINAL)
 
 
 def load_rigs(
@@ -40,58 +26,17 @@ def load_rigs(
     libraries: Sequence[Path] = (),
     housings: Body | None = None,
 ) -> list[Rig]:
-    """Open rigs with the meshes of bodies that stop rays; raise InputError for the first that cannot be read.
-
-    Each enabled camera whose lens model gives some of its pixels no direction is noted.
-    """
-    use_libraries(libraries)
-    rigs = with_meshes([with_choice(load_rig(name), housings) for name in names], names, score.body)
-    for rig in rigs:
-        for camera in rig.enabled_cameras():
-            if missing := missing_ray_count(camera):
-                share = (
-                    f"{missing:,} of {camera.ray_count:,} rays are outside the valid range of its lens model"
-                )
-                note(f"{rig.name}: {camera.name}: {share}, and are left out")
-    return rigs
-
-
-def with_meshes(rigs: Sequence[Rig], names: Sequence[str], body: Body | None) -> list[Rig]:
-    """Return the rigs with the meshes of bodies that stop rays, found from the folders of their files.
-
-    A size that is not a car's is noted.
-    """
-    return [
-        with_mesh_read(rig, Path(name).parent, note) if (body or rig.body) == "blocks" else rig
-        for name, rig in zip(names, rigs, strict=True)
-    ]
+    """Open rigs with the meshes of bodies that stop rays."""
+    return loading.load_rigs(names, score, TERMINAL, libraries, housings)
 
 
 def load_scene(
     options: SceneOptions, rigs: Sequence[Rig] = (), score: ScoreOptions | None = None
 ) -> tuple[Pog, EntropyField]:
-    """Load the scene that rigs are scored on; note which boxes do not count and which voxel edge was picked."""
-    if score is not None:
-        options = options.for_rigs(rigs, score)
-    with progress_bar("Building the POG") as progress:
-        found = load_scenario(options, progress)
-    note_data(found.field.data)
-    if found.choice is not None:
-        note(f"voxel auto: {reason(found.choice)}")
-        for line in tried_lines(found.choice):
-            note(line)
-    return found.pog, found.field
+    """Load the scene that rigs are scored on."""
+    return loading.load_scene(options, TERMINAL, rigs, score)
 
 
 def load_traffic(options: SceneOptions, within_m: float) -> Traffic:
-    """Load the objects that points and pixels are counted on; note what deserves it."""
-    with progress_bar("Reading boxes") as progress:
-        found = read_traffic(options, within_m, progress)
-    note_data(found.data)
-    return found
-
-
-def note_data(data: DataReport) -> None:
-    """Note what is implausible about data, which boxes do not count, and classes without any."""
-    for line in remarks_on(data, advice):
-        note(line)
+    """Load the objects that points and pixels are counted on."""
+    return loading.load_traffic(options, within_m, TERMINAL)

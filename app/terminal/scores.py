@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
-from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from riglens.app.terminal.console import progress_bar, results
+from riglens.app.terminal.console import progress_bar, results, show
 from riglens.app.terminal.tables import table
 from riglens.core.engine.engine import Evaluation, evaluate_from_scratch
 from riglens.core.engine.warm_up import WARM_UP
 from riglens.core.metric.entropy import EntropyField
-from riglens.core.metric.scores import Body, Reading, common_body
+from riglens.core.metric.scores import Reading
 from riglens.core.rig.model import Rig
-from riglens.core.scene.boxes import CLASSES, DataReport
+from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensors.registry import shown_kinds
 from riglens.core.shown_text import visible
 from riglens.core.shown_values import NONE, decimals, percent, thousands
 from riglens.evaluation.options import ScoreOptions
 from riglens.evaluation.scenario import settings_of
+from riglens.evaluation.scene_words import scene_lines
 
 EXPLANATION: dict[Reading, str] = {
     "covered": (
@@ -28,12 +28,6 @@ EXPLANATION: dict[Reading, str] = {
     ),
     "residual": "S-MIG = minus the entropy unseen, so S-MS rises towards 0 as coverage grows.",
     "hits": "S-MIG counts a voxel once per ray through it; 'seen' still counts every voxel once.",
-}
-
-
-BODY_TEXTS: dict[Body, str] = {
-    "ignored": "ignored: rays pass through the car, as in the paper",
-    "blocks": "blocks: rays end at the car",
 }
 
 
@@ -56,10 +50,9 @@ def score_rigs(
     return evaluations
 
 
-def print_scene(field: EntropyField, rigs: Sequence[Rig], score: ScoreOptions, console: Console) -> None:
-    """Print what was scored and how."""
-    for line in scene_lines(field, rigs, score):
-        console.print(line, soft_wrap=True)
+def print_scene(field: EntropyField, rigs: Sequence[Rig], score: ScoreOptions) -> None:
+    """Print what was scored and how, on standard output."""
+    show(scene_lines(field, rigs, score))
 
 
 def print_scores(evaluations: Sequence[Evaluation], score: ScoreOptions) -> None:
@@ -71,45 +64,6 @@ def print_scores(evaluations: Sequence[Evaluation], score: ScoreOptions) -> None
 
 
 # ---------------------------------------------------------------- tables
-
-
-def scene_lines(field: EntropyField, rigs: Sequence[Rig], score: ScoreOptions) -> Iterable[Text]:
-    """Describe the scored scene in four lines: grid, data, metric, body."""
-    nx, ny, nz = field.grid.shape
-    length, width, height = field.grid.roi_m
-    yield _line(
-        "Grid",
-        f"{nx} × {ny} × {nz} voxels of {field.grid.voxel_m:g} m ({length:g} × {width:g} × {height:g} m), "
-        f"{field.index.count:,} informative",
-    )
-    yield _line("Data", data_line(field.data, field.data.short_source))
-    yield _line(
-        "Metric",
-        f"{score.method} traversal, reading {score.reading}, λ = {score.camera_weight:g}: "
-        f"S-MS = λ · S-MIG(camera) + S-MIG(LiDAR)",
-    )
-    yield _line("Body", body_text(rigs, score.body))
-
-
-def body_text(rigs: Sequence[Rig], said: Body | None) -> str:
-    """Return whether rays end at the cars of some rigs, and where that is set."""
-    body = said or common_body(rig.body for rig in rigs)
-    if body is None:
-        return "as set in each rig: " + ", ".join(f"{visible(rig.name)} {rig.body}" for rig in rigs)
-    housings = (
-        " and at other sensors' housings" if body == "blocks" and any(r.obstacles for r in rigs) else ""
-    )
-    return BODY_TEXTS[body] + housings + (" (--body)" if said else " (as set in the rig)")
-
-
-def data_line(data: DataReport, source: str) -> str:
-    """Name, frames and boxes of a data set in one line."""
-    boxes = ", ".join(f"{name} {data.boxes.get(name, 0):,}" for name in CLASSES)
-    return f"{visible(source)}: {data.frames:,} frames; boxes: {boxes}"
-
-
-def _line(label: str, text: str) -> Text:
-    return Text.assemble((f"{label:<8}", "bold"), text)
 
 
 def score_table(evaluations: Sequence[Evaluation]) -> Table:

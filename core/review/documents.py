@@ -16,7 +16,7 @@ from riglens.core.metric.scores import Body
 from riglens.core.plain import to_plain
 from riglens.core.review.findings import Verdict
 from riglens.core.review.measures import Measures
-from riglens.core.review.mounts import Mount, Violation
+from riglens.core.review.mounts import USUAL_LIMITS, Mount, Violation, mounts_of, violations
 from riglens.core.review.profiles import ONLY_GEOMETRY
 from riglens.core.review.redundancy import COVERED, Coverage, Failure, What, lost_share, share
 from riglens.core.review.tolerance import ToleranceResult, rig_of_draw
@@ -249,3 +249,34 @@ def _sample(found: ToleranceResult, measures: Measures) -> dict[str, Any]:
             drawn = rig_of_draw(found, found.spreads[name].worst_draw)
             worst_se[name] = measures.of_objects(*drawn)[name].se
     return {"frames": frames, "of_frames": of_frames, "worst_se": worst_se}
+
+
+def mounts_review_document(rig: Rig) -> dict[str, Any]:
+    """Return the mounts of the enabled sensors and their violations of the usual limits, as plain data."""
+    return {
+        "riglens": FORMAT_VERSION,
+        "rig": identity_of(rig),
+        "gap_limit_m": USUAL_LIMITS.gap_m,
+        "sensors": [_mount_plain(mount) for mount in mounts_of(rig)],
+        "problems": [{"sensor": one.sensor, "text": one.text} for one in violations(rig, USUAL_LIMITS)],
+    }
+
+
+def _mount_plain(mount: Mount) -> dict[str, Any]:
+    place = mount.status
+    return {
+        "name": mount.name,
+        "height_m": mount.height_m,
+        "gap_m": _finite(place.gap_m),
+        "inside": place.inside,
+        "below_ground": place.below_ground,
+        "nearest_sensor": mount.neighbour,
+        "nearest_sensor_m": _finite(mount.neighbour_m),
+        "beyond_m": mount.beyond_m,
+        "materials": sorted(mount.materials),
+        "zones": list(mount.zones),
+    }
+
+
+def _finite(value: float) -> float | None:
+    return value if np.isfinite(value) else None

@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
 from typing import Annotated, Literal, Self
 
 import numpy as np
@@ -203,3 +205,8 @@ def read_profiles(path: str | os.PathLike[str]) -> tuple[Profile, ...]:
 def bundled_profiles() -> tuple[Profile, ...]:
     """Return the profiles that ship with the program."""
     return read_profiles(asset_path("review/blind.yaml"))
+
+
+def profiles_in(files: Sequence[Path]) -> tuple[Profile, ...]:
+    """Return the profiles of some files, of those that ship with the program where none is named."""
+    return tuple(p for path in files for p in read_profiles(path)) if files else bundled_profiles()

@@ -354,3 +354,11 @@ def worst_rig(result: ToleranceResult, figure: str, magnified: float = 1.0) -> R
     draw = result.spreads[figure].worst_draw
     worst = standing(*rig_of_draw(result, draw, magnified))
     return worst.model_copy(update={"name": f"{worst.name[:150]}, {result.profile.name}, draw {draw}"})
+
+
+def require_draws(draws: int, seed: int, least: int) -> None:
+    """Raise InputError for a number of draws or a seed out of its limits."""
+    if not least <= draws <= MAX_DRAWS:
+        raise InputError(f"must be an integer from {least} to {MAX_DRAWS} (got {draws})", "draws")
+    if not 0 <= seed < 1 << 63:
+        raise InputError(f"must be an integer from 0 to 2^63 - 1 (got {seed})", "seed")

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 from riglens.core.errors import InputError
 from riglens.core.metric.scores import Body
+from riglens.core.option_help import OptionHelp
 from riglens.core.targets.settings import Phase, TargetSettings
 from riglens.core.targets.shapes import Shape
 
@@ -21,19 +22,41 @@ class SimulationSettings:
     """Settings of simulated sweeps; all numbers are our choice.
 
     seed, shape, range_law, phase, body: as in `riglens.core.targets.settings.TargetSettings`, with the same draws.
-    noise_m: standard deviation of a range, metres. dropout: share of returns that get lost, whatever they are on.
-    clutter: bushes, bins, poles, walls... that stand in a frame within 60 m, on average before those that would stand
-    in an object are left out; the same for every rig. ground: with waves of a few centimetres, flat, or none.
+    noise_m: metres. dropout: of returns, whatever they are on. clutter: within 60 m, on average before what would stand
+    in an object is left out.
     """
 
-    seed: int = 0
-    shape: Shape = "class"
-    range_law: bool = True
-    phase: Phase = "random"
-    noise_m: float = 0.02
-    dropout: float = 0.05
-    clutter: int = 60
-    ground: GroundKind = "uneven"
+    seed: Annotated[int, OptionHelp("N", "Seed of all random draws.")] = 0
+    shape: Annotated[
+        Shape,
+        OptionHelp(
+            "",
+            "class: cars have glass and a gap below, cyclists and pedestrians are slim; box: plain boxes.",
+        ),
+    ] = "class"
+    range_law: Annotated[
+        bool, OptionHelp("on|off", "on: returns from far or oblique surfaces may get lost.")
+    ] = True
+    phase: Annotated[
+        Phase,
+        OptionHelp(
+            "",
+            "random: each LiDAR is rotated in each frame by a fraction of its azimuth step; 0: azimuths as listed.",
+        ),
+    ] = "random"
+    noise_m: Annotated[float, OptionHelp("M", "Standard deviation of a range, in metres.")] = 0.02
+    dropout: Annotated[float, OptionHelp("SHARE", "Share of returns lost at random.")] = 0.05
+    clutter: Annotated[
+        int,
+        OptionHelp(
+            "N",
+            "Number of bushes, bins, poles and walls around the car in each frame, the same for every rig.",
+        ),
+    ] = 60
+    ground: Annotated[
+        GroundKind,
+        OptionHelp("", "uneven: with waves of a few centimetres; flat; or none.", option="road"),
+    ] = "uneven"
     body: Body | None = "ignored"
 
     def __post_init__(self) -> None:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from riglens.core.errors import InputError
 from riglens.core.metric.scores import MAX_LAMBDA, Body
+from riglens.core.option_help import OptionHelp
 
 if TYPE_CHECKING:  # the model of rigs takes its time, and `riglens --help` needs none
     from riglens.core.rig.model import Rig
@@ -27,13 +28,12 @@ MIN_SIDE_PX, MAX_SIDE_PX, MAX_SCALE = 64, 8192, 4
 """Limits of a picture's sides before scaling, and of the scale."""
 
 
-class OptionHelp(NamedTuple):
-    """Help of a field on the command line: the form of its value, and one sentence; in the window the titles of the
-    values to choose among, by value."""
-
-    metavar: str
-    help: str
-    titles: Mapping[str, str] | None = None
+DASK = OptionHelp(
+    "ADDRESS",
+    "Work on the Dask cluster of this scheduler, such as tls://10.0.0.1:8786. Trusted "
+    "clusters only: anyone with access can run code here (docs/security.md).",
+)
+LIBRARY = OptionHelp("FILE", "File with your own sensor models, for rigs that name them; may be repeated.")
 
 
 @dataclass(frozen=True)
@@ -85,8 +85,8 @@ class ScoreOptions:
 class SceneOptions:
     """Options of a scene: boxes and grid; None is the bundled scenario and the default grid.
 
-    The one form of these options: commands read it from their words (`app.commands.options`), the Python interface and
-    the window make it. Numbers are checked where they are used: by grid and readers.
+    The one form of these options: commands show each field as an option (`app/commands/options.py`), the Python
+    interface and the window make it. Numbers are checked where they are used: by grid and readers.
     """
 
     boxes: Annotated[

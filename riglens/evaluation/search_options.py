@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from riglens.core.errors import InputError
 from riglens.core.optimise.weights import Weights
-from riglens.evaluation.options import OptionHelp
+from riglens.core.option_help import OptionHelp
 
 if TYPE_CHECKING:  # loads the compiler
     from riglens.core.optimise.mounts import Additions

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from riglens.app.terminal.console import note, progress_bar, results
-from riglens.app.terminal.loading import load_scene
-from riglens.app.terminal.scores import print_scene, print_scores, score_rigs
 from riglens.core.engine.engine import Engine, Evaluation
-from riglens.core.engine.evaluation_json import evaluation_document
 from riglens.core.errors import InputError
 from riglens.core.figures.heatmaps import (
     OFF,
@@ -24,12 +20,11 @@ from riglens.core.figures.heatmaps import (
     VoxelHeatMap,
 )
 from riglens.core.figures.registry import heat_map_named, heat_maps, voxel_heat_maps
-from riglens.core.files import is_stream, require_writable, write_file
+from riglens.core.files import is_stream
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import PAPER_SETTINGS, Body, MetricSettings
-from riglens.core.plain import to_text
+from riglens.core.monitor import SILENT, Monitor
 from riglens.core.rig.model import Rig
-from riglens.core.rig.yaml.file import dumps
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Pog
 from riglens.core.targets.engine import TargetEngine
@@ -44,19 +39,14 @@ from riglens.evaluation.options import (
     MAX_SCALE,
     MAX_SIDE_PX,
     MIN_SIDE_PX,
-    SceneOptions,
     ScoreOptions,
 )
-from riglens.evaluation.scenario import settings_of
-from riglens.rendering.display import prepare_drawing
 from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, LEAST_DENSITY, MOST_DENSITY, RayLook
 
 if TYPE_CHECKING:  # what draws is loaded with the first picture
     from riglens.widgets.viewport.masts import Mast
     from riglens.widgets.viewport.scene_state import SceneState
 
-OUT = Path("out")
-"""Default output folder of a run without a window."""
 STAND_IN = "a plain box of the vehicle's size replaces it"
 View = Literal["iso", "top", "front", "left", "rear"]
 Theme = Literal["dark", "light"]
@@ -146,10 +136,11 @@ def score_and_draw(
     baseline: Rig | None = None,
     settings: MetricSettings = PAPER_SETTINGS,
     traffic: Traffic | None = None,
+    monitor: Monitor = SILENT,
 ) -> None:
     """Evaluate a rig, and the baseline of a heatmap of changes, and draw it; call `prepare_drawing` before. InputError
     for a heatmap of objects without traffic."""
-    _draw(scored_state(rig, pog, field, picture, baseline, settings, traffic), picture)
+    _draw(scored_state(rig, pog, field, picture, baseline, settings, traffic, monitor), picture, monitor)
 
 
 def scored_state(
@@ -160,9 +151,10 @@ def scored_state(
     baseline: Rig | None = None,
     settings: MetricSettings = PAPER_SETTINGS,
     traffic: Traffic | None = None,
+    monitor: Monitor = SILENT,
 ) -> SceneState:
     """Evaluate a rig, and the baseline of a heatmap of changes, and return what is drawn."""
-    with progress_bar("Casting rays"):
+    with monitor.stage("Casting rays"):
         engine = Engine(field)
         evaluation = engine.evaluate(rig, settings)
         heat, cells = picture.heat_map, None
@@ -182,12 +174,21 @@ def scored_state(
     return _state(field, evaluation, cells, picture)
 
 
+def draw_evaluated(
+    evaluation: Evaluation, pog: Pog, field: EntropyField, picture: RenderRequest, monitor: Monitor
+) -> None:
+    """Draw a rig that has been evaluated with the voxels that it sees; call `prepare_drawing` before."""
+    marks = Marks(evaluation.seen_by_any())
+    cells = Heatmaps(DisplayGrid.build(pog, field)).drawn(SEEN_ENTROPY, picture.class_name, marks)
+    _draw(_state(field, evaluation, cells, picture), picture, monitor)
+
+
 def drawn_score(rig: Rig, body: Body | None) -> ScoreOptions:
     """Return the score options of a picture: where a box replaces the car, it is ignored unless set to block."""
     return ScoreOptions(body="ignored" if rig.vehicle.lacks_mesh and body is None else body)
 
 
-def as_drawn(rig: Rig, folder: Path, tell: Callable[[str], object] = note) -> Rig:
+def as_drawn(rig: Rig, folder: Path, tell: Callable[[str], object]) -> Rig:
     """Return a rig of this folder with the mesh of its body, without it where a box has to stand in for the car.
 
     Problems with the file, or with the size of the car in it, are reported in a line each.
@@ -240,10 +241,10 @@ def _state(
     return with_words(state, words, Findings(rig, evaluation.scores, evaluation.settings, field))
 
 
-def _draw(state: SceneState, picture: RenderRequest) -> None:
+def _draw(state: SceneState, picture: RenderRequest, monitor: Monitor) -> None:
     from riglens.widgets.viewport.still import render_still
 
-    with progress_bar("Drawing"):
+    with monitor.stage("Drawing"):
         render_still(
             state, picture.size_px, picture.scale, picture.out, picture.transparent, view=picture.view
         )
@@ -254,36 +255,3 @@ def _masts(rig: Rig) -> tuple[Mast, ...]:
     from riglens.widgets.viewport.masts import masts_of
 
     return () if rig.vehicle.lacks_mesh else masts_of(mount_statuses(rig))
-
-
-# ---------------------------------------------------------------- instead of the window
-
-
-def score_without_window(rigs: Sequence[Rig], folder: Path, scene: SceneOptions, score: ScoreOptions) -> None:
-    """Score rigs of a folder, print the scores, and write them as JSON, with the first rig as a picture and as YAML."""
-    prepare_drawing()
-    rigs = [as_drawn(rig, folder) for rig in rigs]
-    rig = rigs[0]
-    pog, field = load_scene(scene, rigs, score)
-    screenshot, rig_file, scores = OUT / "screenshot.png", OUT / "rig.yaml", OUT / "scores.json"
-    _make_folder(OUT)
-    for path in (screenshot, rig_file, scores):
-        require_writable(path)
-    evaluations = score_rigs(rigs, field, score, with_seen=True)
-    print_scene(field, rigs, score, results())
-    print_scores(evaluations, score)
-    document = evaluation_document(field, settings_of(score), evaluations)
-    write_file(scores, to_text(document))
-    write_file(rig_file, dumps(rig))
-    picture = RenderRequest(screenshot)
-    marks = Marks(evaluations[0].seen_by_any())
-    cells = Heatmaps(DisplayGrid.build(pog, field)).drawn(SEEN_ENTROPY, picture.class_name, marks)
-    _draw(_state(field, evaluations[0], cells, picture), picture)
-    results().print(f"Written: {screenshot}, {rig_file}, {scores}", soft_wrap=True)
-
-
-def _make_folder(folder: Path) -> None:
-    try:
-        folder.mkdir(exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{folder}: folder cannot be created ({error.strerror})") from error

@@ -9,7 +9,6 @@ from typing import Any
 
 from pydantic import Field
 
-from riglens.app.terminal.loading import note_data
 from riglens.core.blind.zones import BlindMap
 from riglens.core.engine.audit import audit, audit_document
 from riglens.core.engine.engine import Engine
@@ -19,6 +18,7 @@ from riglens.core.figures.evaluated import Evaluated, EvaluationSettings, Evalua
 from riglens.core.kernels.runtime import jit
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Body, Method, Reading
+from riglens.core.monitor import SILENT, Monitor
 from riglens.core.plain import Frozen
 from riglens.core.review.checking import Check, Subject
 from riglens.core.review.documents import (
@@ -44,6 +44,7 @@ from riglens.core.targets.detection_range_making import detection_range_of
 from riglens.core.targets.detection_range_table import range_document
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import WITHIN_M, Traffic
+from riglens.evaluation.loading import note_data
 from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.evaluation.scenario import load_scenario, settings_of
 from riglens.evaluation.traffic import load_traffic
@@ -178,12 +179,12 @@ class Report:
     ranges: tuple[DetectionRange, ...]
 
 
-def report_of(plan: ReportPlan, tell: Stage) -> Report:
+def report_of(plan: ReportPlan, tell: Stage, monitor: Monitor = SILENT) -> Report:
     """Make every figure of a report. For the thread of the parallel kernels."""
     stages, score = Stages(tell, plan), plan.score
     stages.begin("Reading the data")
     field = load_scenario(plan.scene.for_rigs(plan.rigs, score), lambda _: None).field
-    note_data(field.data)
+    note_data(field.data, monitor)
     traffic = None if plan.scene.pog is not None else load_traffic(plan.scene, WITHIN_M)
     settings = EvaluationSettings(settings_of(score), TargetSettings(body=score.body))
     evaluate = Evaluator(field, traffic, settings, score.threads)

@@ -3,29 +3,25 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
 
-from riglens.app.terminal.console import note, progress_bar, results
-from riglens.app.terminal.loading import load_traffic, with_meshes
-from riglens.app.terminal.resumable import resumable
-from riglens.app.terminal.tables import table
 from riglens.core.detect.net import Device, machine
 from riglens.core.engine.engine import Engine
 from riglens.core.errors import InputError
 from riglens.core.files import write_file
 from riglens.core.formats.opening import open_rig
 from riglens.core.metric.scores import Body
+from riglens.core.monitor import Monitor
 from riglens.core.pieces.backend import Backend
+from riglens.core.pieces.resumable import resumable
 from riglens.core.pieces.work import Workers
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.shown_tables import Block, Paragraph, ShownTable, Styled, table
 from riglens.core.shown_text import visible
 from riglens.core.simulate.motion import motion_of
 from riglens.core.simulate.painting import Quality
@@ -42,6 +38,7 @@ from riglens.core.study.ranks import FEWEST_RIGS
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import WITHIN_M
+from riglens.evaluation.loading import load_traffic, with_meshes
 from riglens.evaluation.options import SceneOptions
 from riglens.evaluation.scenario import load_scenario
 from riglens.evaluation.traffic import car_poses
@@ -106,12 +103,12 @@ class Plan:
         return replace(protocol, seeds=self.seeds) if self.seeds is not None else protocol
 
 
-def study(rigs: Sequence[str], scene: SceneOptions, plan: Plan, out: Path) -> None:
-    """Run the missing parts of a study, print the results, and write tables and charts."""
+def study(rigs: Sequence[str], scene: SceneOptions, plan: Plan, out: Path, monitor: Monitor) -> list[Block]:
+    """Run the missing parts of a study, write tables and charts, and return the results."""
     if (plan.published, plan.second is not None, bool(rigs)).count(True) != 1:
         raise InputError("specify rigs to compare, or --published or --second for those of a published study")
     machine(plan.device)  # what it lacks is reported first
-    compare(plan.rigs(rigs), rigs, scene, plan, out)
+    return compare(plan.rigs(rigs), rigs, scene, plan, out, monitor)
 
 
 def compare(
@@ -120,25 +117,25 @@ def compare(
     scene: SceneOptions,
     plan: Plan,
     out: Path,
-) -> None:
+    monitor: Monitor,
+) -> list[Block]:
     """Run a study of rigs; a mesh file is found next to the rig file of that name."""
     protocol = plan.protocol()
-    rigs = with_meshes(rigs, names or ["."] * len(rigs), protocol.simulation.body)
+    rigs = with_meshes(rigs, names or ["."] * len(rigs), protocol.simulation.body, monitor)
     compared = entrants(rigs, protocol.cameras is not None)
     scene = scene if plan.second is None else replace(scene, surroundings=True)
     require_folder(out, NAMES)
-    traffic = load_traffic(scene, WITHIN_M)
+    traffic = load_traffic(scene, WITHIN_M, monitor)
     motion = motion_of(traffic, car_poses(scene), PERIOD_S) if protocol.sweeps > 1 else None
     asked = Study(compared, protocol, traffic, machine(plan.device), motion)
     _ = asked.split  # says in one line what the data lack, before anything takes time
     # a cluster that is not there is reported before anything takes time
-    with resumable(out / PIECES, plan.backend, len(jobs(asked))) as workers:
-        result = _result(asked, _surrogates(asked, scene), workers, out)
-    _say(result, results())
-    results().print(f"{out}: {', '.join(NAMES)}", soft_wrap=True)
+    with resumable(out / PIECES, plan.backend, len(jobs(asked)), monitor) as workers:
+        result = _result(asked, _surrogates(asked, scene, monitor), workers, out, monitor)
+    return [*shown(result), f"{out}: {', '.join(NAMES)}"]
 
 
-def _result(asked: Study, scores: Surrogates, workers: Workers, out: Path) -> Result:
+def _result(asked: Study, scores: Surrogates, workers: Workers, out: Path, monitor: Monitor) -> Result:
     """Compute the missing parts; tables and charts are written whenever another seed is complete."""
     pieces, shown = Pieces(asked, out / PIECES), 0
 
@@ -147,14 +144,14 @@ def _result(asked: Study, scores: Surrogates, workers: Workers, out: Path) -> Re
         progress(told.share)
         if told.finished is None:
             return
-        note(f"done: {told.finished.title} ({told.done} of {told.pieces})")
+        monitor.note(f"done: {told.finished.title} ({told.done} of {told.pieces})")
         seeds = finished_seeds(pieces) if told.finished.is_found else shown
         if shown < seeds < asked.protocol.seeds:
             shown = seeds
             found = Result(asked, *assemble(pieces, seeds), scores)
             write(found, recall_of(pieces, seeds), tallies_of(pieces, seeds), out)
 
-    with progress_bar("Detection") as progress:
+    with monitor.stage("Detection") as progress:
         run(asked, pieces.folder, workers, tell)
     result = Result(asked, *assemble(pieces, asked.protocol.seeds), scores)
     seeds = asked.protocol.seeds
@@ -162,9 +159,9 @@ def _result(asked: Study, scores: Surrogates, workers: Workers, out: Path) -> Re
     return result
 
 
-def _surrogates(asked: Study, scene: SceneOptions) -> Surrogates:
+def _surrogates(asked: Study, scene: SceneOptions, monitor: Monitor) -> Surrogates:
     """Return the scores of the rigs; objects are those that average precision is over."""
-    with progress_bar("Scores of the rigs") as progress:
+    with monitor.stage("Scores of the rigs") as progress:
         engine, counts = Engine(load_scenario(scene).field), TargetEngine(asked.tested)
         settings = TargetSettings(body=asked.protocol.simulation.body)
         return surrogates(asked.compared, engine, counts, settings, progress, asked.judged)
@@ -189,39 +186,40 @@ def write(result: Result, recalls: Iterable[Recall], tallies: Iterable[Tally], o
         write_file(out / name, picture)
 
 
-def _say(result: Result, console: Console) -> None:
+def shown(result: Result) -> Iterator[Block]:
+    """Yield tables and sentences on the result."""
     every = result.every
-    console.print(_precision_table(result))
+    yield _precision_table(result)
     for name in CLASSES:
         if np.isnan(every.value[:, COLUMNS.index(name)]).any():
-            console.print(f"{name}: no objects in the region of the test frames: no AP, and not part of mAP")
+            yield f"{name}: no objects in the region of the test frames: no AP, and not part of mAP"
     spread = every.seed_spread(MEAN)
     said = (
         "one seed: the spread between seeds is unknown"
         if spread is None
         else f"SD between seeds {spread:.1f}"
     )
-    console.print(
+    yield Paragraph(
         f"On hit: mAP over objects with a LiDAR point only. 95 % intervals over {every.sequences} test "
         f"sequences and seeds; {said}."
     )
     if result.study.protocol.cameras is not None:
         words = painted_words(result.study.protocol.cameras)
-        console.print(f"{words.capitalize()}; S-MS and seen are of all sensors.", soft_wrap=True)
-    console.print(_pairs_text(result), soft_wrap=True)
+        yield f"{words.capitalize()}; S-MS and seen are of all sensors."
+    yield _pairs_text(result)
     missed = ", ".join(
         f"{MAP if name == MEAN else name} {value:.1f}" for name, value in result.missed.items()
     )
-    console.print(f"Mean error of AP predicted by the bundled calibration, points: {missed}.", soft_wrap=True)
+    yield f"Mean error of AP predicted by the bundled calibration, points: {missed}."
     if len(every.rigs) < FEWEST_RIGS:
-        console.print(f"Rank correlations need {FEWEST_RIGS} rigs or more; there are {len(every.rigs)}.")
+        yield f"Rank correlations need {FEWEST_RIGS} rigs or more; there are {len(every.rigs)}."
     else:
-        console.print(_rank_table(result))
-        console.print(_order_table(result))
-    console.print(Text(f"{WORDING}.", "bold"), soft_wrap=True)
+        yield _rank_table(result)
+        yield _order_table(result)
+    yield Styled(f"{WORDING}.", "bold")
 
 
-def _precision_table(result: Result) -> Table:
+def _precision_table(result: Result) -> ShownTable:
     every, scores = result.every, result.surrogates
     shown = table("AP in percent", "rays", *CLASSES, MAP, "on hit", "S-MS", "seen", "on target")
     for place in np.argsort(-every.value[:, -1], kind="stable").tolist():
@@ -261,10 +259,10 @@ def _pairs_text(result: Result) -> str:
     )
 
 
-def _rank_table(result: Result) -> Table:
+def _rank_table(result: Result) -> ShownTable:
     shown = table("Spearman with AP", *CLASSES, MAP)
     for among, places in result.groups().items():
-        shown.add_row(Text(f"{among}, {len(places)}", "bold"))
+        shown.add_row(Styled(f"{among}, {len(places)}", "bold"))
         mine = [one for one in result.ranks if one.among == among and one.kind == "spearman"]
         for name in dict.fromkeys(one.surrogate for one in mine):
             found = [one.found for one in mine if one.surrogate == name]  # in the order of COLUMNS
@@ -273,7 +271,7 @@ def _rank_table(result: Result) -> Table:
     return shown
 
 
-def _order_table(result: Result) -> Table:
+def _order_table(result: Result) -> ShownTable:
     """Return the share of the resolved pairs that each figure orders as mAP does, by how far apart they are."""
     mine = [one for one in result.orders if one.column == MEAN]
     pairs = {one.apart: one.pairs for one in reversed(mine)}

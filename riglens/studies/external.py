@@ -8,14 +8,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from rich.text import Text
-
-from riglens.app.terminal.console import progress_bar, results
-from riglens.app.terminal.loading import load_scene, load_traffic
-from riglens.app.terminal.tables import table
 from riglens.core.engine.engine import Engine
 from riglens.core.files import write_file
+from riglens.core.monitor import Monitor
 from riglens.core.rig.model import FORMAT_VERSION
+from riglens.core.shown_tables import Block, Styled, table
 from riglens.core.study.external import (
     FIGURES,
     GROUPS,
@@ -26,6 +23,7 @@ from riglens.core.study.external import (
     mean_error,
     outcomes,
 )
+from riglens.evaluation.loading import load_scene, load_traffic
 from riglens.evaluation.options import SceneOptions, Triple
 from riglens.studies.files import csv_text, require_folder
 
@@ -37,7 +35,12 @@ _ORIGINS: dict[Recording, Triple] = {"nuscenes": (-1.35, 0.0, 0.0), "kitti": (0.
 
 
 def study(
-    nuscenes: Path | None, kitti: Path | None, threads: int | None, frames: int, out: Path
+    nuscenes: Path | None,
+    kitti: Path | None,
+    threads: int | None,
+    frames: int,
+    out: Path,
+    monitor: Monitor,
 ) -> list[ExperimentRatios]:
     """Compute the figures on the boxes of both recordings, or of the bundled town; write and return them."""
     require_folder(out, (NAME,))
@@ -48,9 +51,9 @@ def study(
         if path is not None:
             origin_m = _ORIGINS[recording] if path.is_file() else None
             scene = replace(scene, boxes=path, origin_m=origin_m)
-        engine = Engine(load_scene(scene)[1], threads)
-        traffic = load_traffic(scene, WITHIN_M[recording])
-        with progress_bar(f"Experiments on {recording}") as progress:
+        engine = Engine(load_scene(scene, monitor)[1], threads)
+        traffic = load_traffic(scene, WITHIN_M[recording], monitor)
+        with monitor.stage(f"Experiments on {recording}") as progress:
             found += outcomes(recording, traffic, engine, min(frames, traffic.frames), progress)
     write_file(out / NAME, csv_text(list(lines(found))))
     return found
@@ -79,23 +82,21 @@ def _test(one: ExperimentRatios) -> dict[str, Any]:
     }
 
 
-def show(found: Sequence[ExperimentRatios], out: Path) -> None:
-    """Print ratios to the whole LiDAR, group by group of experiments, and where the table is."""
-    console = results()
+def shown(found: Sequence[ExperimentRatios]) -> Iterator[Block]:
+    """Yield ratios to the whole LiDAR, group by group of experiments."""
     for group in GROUPS:
         mine = _of(found, group)
         titles = ("ratio to the whole LiDAR", "objects", "published", *FIGURES.values())
-        shown = table(*titles, title=group.capitalize(), wraps={0, 1})
+        made = table(*titles, title=group.capitalize(), wraps={0, 1})
         for one in mine:
             ratios = (f"{one.ratios[name]:.2f}{' ' if one.passes(name) else '*'}" for name in FIGURES)
-            shown.add_row(
+            made.add_row(
                 one.experiment.name, one.experiment.region, f"{one.experiment.published:.2f}", *ratios
             )
         errors = (f"{mean_error(mine, name):.3f} " for name in FIGURES)
-        shown.add_row(Text("mean error", "bold"), "", "", *errors)
-        console.print(shown)
-    console.print(f"* more than {TOLERANCE:g} from the published ratio.")
-    console.print(f"{out}: {NAME}", soft_wrap=True)
+        made.add_row(Styled("mean error", "bold"), "", "", *errors)
+        yield made
+    yield f"* more than {TOLERANCE:g} from the published ratio."
 
 
 def lines(found: Sequence[ExperimentRatios]) -> Iterator[dict[str, object]]:

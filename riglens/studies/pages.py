@@ -1,13 +1,11 @@
-"""Write tables that the terminal shows as an HTML page."""
+"""Write lines and tables as an HTML page."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from html import escape
 
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
+from riglens.core.shown_tables import Cell, Column, ShownTable, Style, Styled
 
 _STYLE = """
 body { margin: 0 auto; padding: 2.5rem 2rem 4rem; max-width: 76rem; color: #1c2126; background: #fff;
@@ -24,43 +22,57 @@ td { padding: .38rem .7rem; border-bottom: 1px solid #d9dee3; vertical-align: to
 """
 
 
-def page(title: str, blocks: Iterable[str | Text | Table]) -> str:
-    """Return headings (Text), paragraphs and tables as an HTML document that needs no other file."""
-    console = Console()
+_RED, _GREEN, _AMBER, _GREY = (
+    f"color: {colour}; text-decoration-color: {colour}"
+    for colour in ("#800000", "#008000", "#808000", "#7f7f7f")
+)
+_BOLD = "font-weight: bold"
+_CSS: dict[Style, str] = {
+    "": "",
+    "bold": _BOLD,
+    "dim": _GREY,
+    "green": _GREEN,
+    "yellow": _AMBER,
+    "red": _RED,
+    "bold red": f"{_RED}; {_BOLD}",
+    "bold yellow": f"{_AMBER}; {_BOLD}",
+}
 
-    def marked(cell: object) -> str:
-        text = cell if isinstance(cell, Text) else Text(str(cell))
-        pieces = []
-        for words, style, _ in text.render(console):
-            css, escaped = style.get_html_style() if style else "", escape(words).replace("\n", "<br>")
-            pieces.append(f'<span style="{css}">{escaped}</span>' if css else escaped)
-        return "".join(pieces)
 
-    def row(tag: str, made: Table, cells: Iterable[object]) -> str:
-        pairs = zip(made.columns, cells, strict=True)
-        inside = (
-            f"<{tag}{' class=n' if column.justify == 'right' else ''}>{marked(cell)}</{tag}>"
-            for column, cell in pairs
-        )
-        return f"<tr>{''.join(inside)}</tr>"
-
-    def html(block: str | Text | Table) -> str:
-        if isinstance(block, str):
-            return f"<p>{escape(block)}</p>"
-        if isinstance(block, Text):
-            return f"<h2>{escape(block.plain)}</h2>"
-        head = row("th", block, [column.header for column in block.columns])
-        rows = [
-            row("td", block, cells) for cells in zip(*(column.cells for column in block.columns), strict=True)
-        ]
-        return "\n".join(('<div class="wide"><table>', head, *rows, "</table></div>"))
-
+def page(title: str, blocks: Iterable[str | Styled | ShownTable]) -> str:
+    """Return paragraphs, headings (styled words) and tables as an HTML document that needs no other file."""
     return "\n".join(
         (
             '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">',
             f"<title>RigLens: {escape(title)}</title>\n<style>{_STYLE}</style>\n</head>",
             f"<body>\n<h1>{escape(title)}</h1>",
-            *map(html, blocks),
+            *map(_html, blocks),
             "</body>\n</html>\n",
         )
     )
+
+
+def _html(block: str | Styled | ShownTable) -> str:
+    if isinstance(block, str):
+        return f"<p>{escape(block)}</p>"
+    if isinstance(block, Styled):
+        return f"<h2>{escape(block.text)}</h2>"
+    head = _row("th", block.columns, [column.title for column in block.columns])
+    rows = [_row("td", block.columns, row.cells) for row in block.rows]
+    return "\n".join(('<div class="wide"><table>', head, *rows, "</table></div>"))
+
+
+def _row(tag: str, columns: Sequence[Column], cells: Sequence[Cell]) -> str:
+    inside = (
+        f"<{tag}{'' if column.is_words else ' class=n'}>{_marked(cell)}</{tag}>"
+        for column, cell in zip(columns, cells, strict=True)
+    )
+    return f"<tr>{''.join(inside)}</tr>"
+
+
+def _marked(cell: Cell) -> str:
+    if isinstance(cell, tuple):
+        return "".join(map(_marked, cell))
+    text, css = (cell.text, _CSS[cell.style]) if isinstance(cell, Styled) else (cell, "")
+    escaped = escape(text).replace("\n", "<br>")
+    return f'<span style="{css}">{escaped}</span>' if css else escaped

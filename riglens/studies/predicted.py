@@ -7,13 +7,11 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from rich.table import Table
-from rich.text import Text
 
-from riglens.app.terminal.console import progress_bar, results
-from riglens.app.terminal.tables import table
 from riglens.core.files import write_file
+from riglens.core.monitor import Monitor
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.shown_tables import Block, Paragraph, ShownTable, table
 from riglens.core.shown_text import visible
 from riglens.core.study.detection.published import PROTOCOL, published_rigs
 from riglens.core.study.detection.second import PROTOCOLS, second_rigs
@@ -34,15 +32,15 @@ NAMES = ("predicted-detection.csv", "predicted-detection-cells.csv", "study.yaml
 _DIGITS = 4
 
 
-def study(detection: Path, recall: Path | None, out: Path) -> None:
-    """Fit curves to the rigs of the published study, print how far they miss rigs left out, and write the files;
+def study(detection: Path, recall: Path | None, out: Path, monitor: Monitor) -> list[Block]:
+    """Fit curves to the rigs of the published study, return how far they miss rigs left out, and write the files;
     recall: table of the second study, to fit the curves of recall too."""
     rigs = published_rigs()
     observed = read_precision(detection, rigs)
     found_by = None if recall is None else calibrate_recall(recall, second_rigs(), PROTOCOLS["one-sweep"])
     require_folder(out, NAMES)
     traffic = load_traffic(SceneOptions(), WITHIN_M)
-    with progress_bar("Casting rays") as progress:
+    with monitor.stage("Casting rays") as progress:
         objects = objects_by_number(rigs, traffic, PROTOCOL, progress)
     rays = {rig.name: sum(lidar.ray_count for lidar in rig.enabled_lidars()) for rig in rigs}
     found = [calibrate_rigs(rays, objects[unit], observed, unit, PROTOCOL) for unit in UNITS]
@@ -51,15 +49,13 @@ def study(detection: Path, recall: Path | None, out: Path) -> None:
     write_file(out / NAMES[2], found[0].calibration.text())
     if found_by is not None:
         write_file(out / NAMES[3], found_by.text())
-    console = results()
-    console.print(_rig_table(found[0]))
-    console.print(_error_table(found))
+    said: list[Block] = [_rig_table(found[0]), _error_table(found)]
     if found_by is not None:
         errors = ", ".join(
             f"{name} {100.0 * error:.1f}" for name, error in zip(CLASSES, found_by.errors[1:], strict=True)
         )
-        console.print(f"Error of recall on rigs or sequences left out, points: {errors}.")
-    console.print(f"{out}: {', '.join(NAMES[: 3 if found_by is None else 4])}", soft_wrap=True)
+        said.append(Paragraph(f"Error of recall on rigs or sequences left out, points: {errors}."))
+    return [*said, f"{out}: {', '.join(NAMES[: 3 if found_by is None else 4])}"]
 
 
 def rig_lines(found: Prediction) -> Iterator[dict[str, object]]:
@@ -84,7 +80,7 @@ def count_lines(rigs: Sequence[str], objects: NDArray[np.int64]) -> Iterator[dic
                 yield {"rig": rig, "class": name, "cells": n, "objects": int(numbers[n])}
 
 
-def _rig_table(found: Prediction) -> Table:
+def _rig_table(found: Prediction) -> ShownTable:
     shown = table("AP, predicted by other rigs", *CLASSES, "mAP", wraps={0})
     observed, predicted = (
         100.0 * np.column_stack([one, one.mean(axis=1)]) for one in (found.observed, found.left_out)
@@ -95,11 +91,9 @@ def _rig_table(found: Prediction) -> Table:
     return shown
 
 
-def _error_table(found: Sequence[Prediction]) -> Table:
+def _error_table(found: Sequence[Prediction]) -> ShownTable:
     shown = table("rigs left out, by", *CLASSES, "mAP", "rank", "rank, equal rays")
     for one in found:
         errors = [f"{100.0 * error:.2f}" for error in one.errors()]
-        shown.add_row(
-            Text(one.calibration.unit), *errors, f"{one.rank():.3f}", f"{one.rank(equal_rays=True):.3f}"
-        )
+        shown.add_row(one.calibration.unit, *errors, f"{one.rank():.3f}", f"{one.rank(equal_rays=True):.3f}")
     return shown

@@ -8,13 +8,9 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from rich.table import Table
-from rich.text import Text
-
-from riglens.app.terminal.console import progress_bar, results
-from riglens.app.terminal.loading import load_rig, load_scene
-from riglens.app.terminal.tables import table
 from riglens.core.files import write_file
+from riglens.core.monitor import Monitor
+from riglens.core.shown_tables import Block, ShownTable, Styled, table
 from riglens.core.shown_text import visible
 from riglens.core.study.sensor_methods import (
     QUICK_REPETITIONS,
@@ -26,6 +22,7 @@ from riglens.core.study.sensor_methods import (
     sensors_at,
     study_sensors,
 )
+from riglens.evaluation.loading import load_rig, load_scene
 from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.studies.accuracy_text import edge_text, percent
 from riglens.studies.files import csv_text, require_folder
@@ -48,19 +45,27 @@ TITLES: dict[MethodName, str] = {
 
 
 def study(
-    rig_name: str, models: Sequence[str], scene: SceneOptions, score: ScoreOptions, folder: Path, quick: bool
-) -> None:
-    """Measure time and error of all ways for sensors of the library, and write the results into a folder."""
-    rig = load_rig(rig_name)
+    rig_name: str,
+    models: Sequence[str],
+    scene: SceneOptions,
+    score: ScoreOptions,
+    folder: Path,
+    quick: bool,
+    monitor: Monitor,
+) -> list[Block]:
+    """Measure time and error of all ways for sensors of the library, write the results into a folder and return
+    them."""
+    rig = load_rig(rig_name, monitor)
     sensors_at(rig, models)
     require_folder(folder, FILES)
-    _, field = load_scene(scene)
+    _, field = load_scene(scene, monitor)
     repetitions = QUICK_REPETITIONS if quick else REPETITIONS
-    with progress_bar("Measuring") as progress:
+    with monitor.stage("Measuring") as progress:
         found = study_sensors(field, rig, models, score.threads or 1, repetitions, progress)
     source = field.data.short_source
     _write(found, source, folder)
-    _print(found, source, folder)
+    files = f"{', '.join(FILES)} in {folder}"
+    return [sensor_table(found), *verdicts(found), "", caption(found, source), files]
 
 
 def _write(found: SensorStudy, source: str, folder: Path) -> None:
@@ -69,30 +74,22 @@ def _write(found: SensorStudy, source: str, folder: Path) -> None:
     write_pictures(chart(found, caption(found, source)), folder, NAME)
 
 
-def _print(found: SensorStudy, source: str, folder: Path) -> None:
-    console = results()
-    console.print(sensor_table(found))
-    for line in (*verdicts(found), "", caption(found, source)):
-        console.print(line, soft_wrap=True, markup=False)
-    console.print(f"{', '.join(FILES)} in {folder}", soft_wrap=True, markup=False)
-
-
 def point_text(point: SensorPoint) -> str:
     """Name a way with its setting."""
     unit = {"sampled": " voxel", "thinned": " of them"}.get(point.method, "")
     return f"{TITLES[point.method]} {point.setting}{unit}" if point.setting else TITLES[point.method]
 
 
-def sensor_table(found: SensorStudy) -> Table:
+def sensor_table(found: SensorStudy) -> ShownTable:
     """Return a table with a block per sensor and pose and a line per method."""
     titles = ("rays", "median\nms", "times\nRigLens", "missed\nvoxels", "extra\nvoxels")
     made = table("sensor, pose, way", *titles)
     for result in found.results:
-        made.add_row(Text(f"{visible(result.model)}, {result.pose}, sees {result.voxels:,} voxels", "bold"))
+        made.add_row(Styled(f"{visible(result.model)}, {result.pose}, sees {result.voxels:,} voxels", "bold"))
         fast_ms = result.point("fast").median_ms
         for point in result.points:
             made.add_row(
-                Text(f"  {point_text(point)}"), f"{point.rays:,}", f"{point.median_ms:.3g}",
+                f"  {point_text(point)}", f"{point.rays:,}", f"{point.median_ms:.3g}",
                 f"{point.median_ms / fast_ms:.3g}", percent(point.missed), percent(point.extra),
             )  # fmt: skip
         made.add_section()

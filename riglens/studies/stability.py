@@ -1,4 +1,4 @@
-"""`riglens study stability`: judge methods and metric, print both tables, write CSV and a page."""
+"""`riglens study stability`: judge methods and metric in two tables, write CSV and a page."""
 
 from __future__ import annotations
 
@@ -9,16 +9,13 @@ from pathlib import Path
 from statistics import median
 from typing import NamedTuple
 
-from rich.table import Table
-from rich.text import Text
-
-from riglens.app.terminal.console import note, progress_bar, results
-from riglens.app.terminal.loading import load_scene
-from riglens.app.terminal.tables import table
 from riglens.core.errors import InputError
 from riglens.core.files import write_file
 from riglens.core.metric.entropy import EntropyField
+from riglens.core.monitor import Monitor
 from riglens.core.scene.boxes import CLASSES, Progress
+from riglens.core.shown_tables import Block, Paragraph, ShownTable, Style, Styled, table
+from riglens.core.shown_tables import Cell as ShownCell
 from riglens.core.study.stability_edits import EDITS, QUICK_EDITS, method_rows
 from riglens.core.study.stability_methods import METHOD_NAMES, MethodRow
 from riglens.core.study.stability_metric import (
@@ -32,6 +29,7 @@ from riglens.core.study.stability_metric import (
     agreement,
     study_metric,
 )
+from riglens.evaluation.loading import load_scene
 from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.evaluation.scenario import load_scenario, source_of
 from riglens.studies.accuracy_text import edge_text
@@ -50,7 +48,7 @@ QUICK = StabilityPlan(
 )
 MAX_EDITS = 1_000_000
 FILES = ("stability.html", "stability-methods.csv", "stability-metric.csv")
-STYLES = {"ok": "green", "fails": "bold red", "n.a.": "dim"}
+STYLES: dict[str, Style] = {"ok": "green", "fails": "bold red", "n.a.": "dim"}
 WORDS = {"ok": "holds", "fails": "fails", "n.a.": "n.a."}
 READING_THE_TABLE = (
     "τ (Kendall) and ρ (Spearman) compare S-MS of the eight rigs with the first row, class by class. The "
@@ -59,48 +57,55 @@ READING_THE_TABLE = (
 )
 
 
-def study(scene: SceneOptions, score: ScoreOptions, folder: Path, quick: bool, edits: int | None) -> None:
-    """Run both parts of the study and write the results into a folder."""
+def study(
+    scene: SceneOptions,
+    score: ScoreOptions,
+    folder: Path,
+    quick: bool,
+    edits: int | None,
+    monitor: Monitor,
+) -> list[Block]:
+    """Run both parts of the study, write the results into a folder and return them."""
     if edits is not None and not 1 <= edits <= MAX_EDITS:
         raise InputError(f"must be an integer from 1 to {MAX_EDITS} (got {edits})", "edits")
     require_folder(folder, FILES)
-    field = load_scene(scene)[1]
+    field = load_scene(scene, monitor)[1]
     plan = replace(
         QUICK if quick else StabilityPlan(),
         voxel_m=field.grid.voxel_m,
         camera_weight=score.camera_weight,
         threads=score.threads,
     )
-    with progress_bar("Trying the methods") as progress:
+    with monitor.stage("Trying the methods") as progress:
         rows = method_rows(quick, edits or (QUICK_EDITS if quick else EDITS), score.threads, progress)
     if scene.pog is not None:
-        note(f"--pog {scene.pog} holds one grid and no frames: δ is not varied and no frames are resampled")
+        monitor.note(
+            f"--pog {scene.pog} holds one grid and no frames: δ is not varied and no frames are resampled"
+        )
     source = None if scene.pog is not None else source_of(scene)
-    with progress_bar("Ranking the paper's rigs") as progress:
-        metric = study_metric(field, _grids(scene), source, plan, progress)
+    with monitor.stage("Ranking the paper's rigs") as progress:
+        metric = study_metric(field, _grids(scene, monitor), source, plan, progress)
     described = caption(metric, field.data.short_source)
     texts = (page_of(rows, metric, described), methods_csv(rows), metric_csv(metric))
     for name, text in zip(FILES, texts, strict=True):
         write_file(folder / name, text)
-    console = results()
-    for block in (
+    return [
         methods_table(rows),
         "plain method: DDA in doubles, voxel by voxel; without rays, the obvious implementation",
-        *methods_verdict(rows),
+        *map(Paragraph, methods_verdict(rows)),
         "",
-        described,
+        Paragraph(described),
         orders_table(metric),
-        READING_THE_TABLE,
+        Paragraph(READING_THE_TABLE),
         "",
         findings_table(metric),
         "",
-        *conclusion(metric),
-    ):
-        console.print(block, markup=False)
-    console.print(f"{', '.join(FILES)} in {folder}", soft_wrap=True, markup=False)
+        *map(Paragraph, conclusion(metric)),
+        f"{', '.join(FILES)} in {folder}",
+    ]
 
 
-def _grids(scene: SceneOptions) -> Callable[[float, Progress], EntropyField | None]:
+def _grids(scene: SceneOptions, monitor: Monitor) -> Callable[[float, Progress], EntropyField | None]:
     """Return a function for the scene at other voxel edges, as far as they fit into the ROI and the memory."""
 
     def at(voxel_m: float, progress: Progress) -> EntropyField | None:
@@ -109,7 +114,7 @@ def _grids(scene: SceneOptions) -> Callable[[float, Progress], EntropyField | No
         try:
             return load_scenario(replace(scene, voxel_m=voxel_m), progress).field
         except InputError as error:
-            note(f"{edge_text(voxel_m)} is left out: {error}")
+            monitor.note(f"{edge_text(voxel_m)} is left out: {error}")
             return None
 
     return at
@@ -150,15 +155,15 @@ def metric_csv(study: MetricStudy) -> str:
     return csv_text(lines)
 
 
-def methods_table(rows: Sequence[MethodRow], with_why: bool = False) -> Table:
+def methods_table(rows: Sequence[MethodRow], with_why: bool = False) -> ShownTable:
     """Tabulate part 1: a case per row, the results of the methods next to the right answer."""
     titles = ("case", "rays", "exact", *(TITLES[method] for method in METHOD_NAMES), *["why"] * with_why)
     made = table(*titles, words={*range(len(titles))} - {1})
     for row in rows:
         rays = "" if row.rays is None else f"{row.rays:,}"
         outcomes = (row.outcomes[method] for method in METHOD_NAMES)
-        cells = (Text(one.says, STYLES[one.verdict]) for one in outcomes)
-        made.add_row(Text(row.case), rays, Text(row.exact), *cells, *[Text(row.why)] * with_why)
+        cells = (Styled(one.says, STYLES[one.verdict]) for one in outcomes)
+        made.add_row(row.case, rays, row.exact, *cells, *[row.why] * with_why)
     return made
 
 
@@ -204,7 +209,7 @@ def _summary(cells: Sequence[Cell], is_least: bool) -> Cell:
     return Cell(pick(taus) if taus else None, pick(rhos) if rhos else None, lidars, cameras)
 
 
-def orders_table(study: MetricStudy) -> Table:
+def orders_table(study: MetricStudy) -> ShownTable:
     """Return the rows of part 2: a setting per row; for each class the correlations and the orders of LiDARs and
     cameras."""
     titles = [title for cls in CLASSES for title in ("\nτ", "\nρ", f"{cls}\norders")]
@@ -212,26 +217,24 @@ def orders_table(study: MetricStudy) -> Table:
     default: list[Cell] | None = None
     for setting, cells in order_lines(study):
         default = default or cells
-        texts = []
+        texts = list[ShownCell]()
         for cell, usual in zip(cells, default, strict=True):
-            texts += [
-                Text("—" if figure is None else f"{figure:.2f}".replace("-", "−")) for figure in cell[:2]
-            ]
+            texts += ["—" if figure is None else f"{figure:.2f}".replace("-", "−") for figure in cell[:2]]
             lidars, cameras = (
-                (mine or "—", "" if mine == theirs else "red")
+                Styled(mine or "—", "" if mine == theirs else "red")
                 for mine, theirs in zip(cell[2:], usual[2:], strict=True)
             )
-            texts.append(Text.assemble(lidars, " ", cameras))
-        made.add_row(Text(setting), *texts)
+            texts.append((lidars, " ", cameras))
+        made.add_row(setting, *texts)
     return made
 
 
-def findings_table(metric: MetricStudy) -> Table:
+def findings_table(metric: MetricStudy) -> ShownTable:
     """Tabulate the expectations of the metric, each after its verdict."""
-    made = Table.grid(padding=(0, 1))
+    made = table("", "", words={0, 1}, wraps={0, 1}, bare=True)
     for finding in findings(metric):
-        verdict = Text(WORDS[finding.verdict], STYLES[finding.verdict])
-        made.add_row(verdict, Text.assemble((finding.claim, "bold"), f": {finding.evidence}"))
+        verdict = Styled(WORDS[finding.verdict], STYLES[finding.verdict])
+        made.add_row(verdict, (Styled(finding.claim, "bold"), f": {finding.evidence}"))
     return made
 
 
@@ -246,18 +249,18 @@ def caption(study: MetricStudy, source: str) -> str:
 
 def page_of(rows: Sequence[MethodRow], metric: MetricStudy, described: str) -> str:
     """Return both parts of the study as an HTML document."""
-    blocks: tuple[str | Text | Table, ...] = (
+    blocks: tuple[str | Styled | ShownTable, ...] = (
         described,
-        Text("1. Methods: cases that break simple ones"),
+        Styled("1. Methods: cases that break simple ones", "bold"),
         "Every voxel counts in these cases. The right answer comes from rational arithmetic. A method "
         "fails when it misses a voxel that a ray runs through, or adds one that no ray runs through. The plain "
         "method is DDA in doubles, voxel by voxel; where no rays are compared, the obvious implementation.",
         *methods_verdict(rows),
         methods_table(rows, with_why=True),
-        Text("2. The metric: what it promises on this scene"),
+        Styled("2. The metric: what it promises on this scene", "bold"),
         findings_table(metric),
         *conclusion(metric),
-        Text("3. Orders of the paper’s eight rigs"),
+        Styled("3. Orders of the paper’s eight rigs", "bold"),
         f"{READING_THE_TABLE} Red: the order differs from the default.",
         orders_table(metric),
     )

@@ -1,4 +1,4 @@
-"""`riglens study table1`: score the paper's eight rigs, print them next to the published figures, write CSV.
+"""`riglens study table1`: score the paper's eight rigs next to the published figures, write CSV.
 
 Its second half, published detection against our figures, is in `table2`.
 """
@@ -8,23 +8,20 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from rich.table import Table
-from rich.text import Text
-
-from riglens.app.terminal.console import progress_bar, results
-from riglens.app.terminal.loading import load_scene
-from riglens.app.terminal.scores import print_scene
-from riglens.app.terminal.tables import table
 from riglens.core.engine.engine import Engine
 from riglens.core.files import require_writable, write_file
+from riglens.core.monitor import Monitor
 from riglens.core.rig.presets import PAPER_RIGS, preset
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.shown_tables import Block, ShownTable, Styled, table
 from riglens.core.shown_values import thousands
 from riglens.core.study.table1 import MEASURES, Measure, Table1, Table1Row, table1
+from riglens.evaluation.loading import load_scene
 from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.evaluation.scenario import settings_of
+from riglens.evaluation.scene_words import scene_lines
 from riglens.studies.files import csv_text
-from riglens.studies.table2 import compare_papers, print_papers, write_papers
+from riglens.studies.table2 import compare_papers, papers_shown, write_papers
 
 MEASURE_TITLES: dict[Measure, str] = {
     "camera_s_mig": "Camera S-MIG",
@@ -34,30 +31,34 @@ MEASURE_TITLES: dict[Measure, str] = {
 
 
 def study(
-    scene: SceneOptions, score: ScoreOptions, csv_target: Path | None, detection_csv: Path | None = None
-) -> None:
-    """Print the paper's Tables I and II next to our figures, and the agreement of the orders; also write them as
+    scene: SceneOptions,
+    score: ScoreOptions,
+    csv_target: Path | None,
+    detection_csv: Path | None,
+    monitor: Monitor,
+) -> list[Block]:
+    """Return the paper's Tables I and II next to our figures, and the agreement of the orders; also write them as
     CSV."""
     for target in (csv_target, detection_csv):
         if target is not None:
             require_writable(target, scene.files)
     rigs = [preset(name) for name in PAPER_RIGS]
-    _, field = load_scene(scene, rigs, score)
+    _, field = load_scene(scene, monitor, rigs, score)
     engine = Engine(field, score.threads)
-    with progress_bar("Casting rays") as progress:
+    with monitor.stage("Casting rays") as progress:
         found = table1(engine, settings_of(score), progress)
-    papers = compare_papers(engine, scene)
+    papers = compare_papers(engine, scene, monitor)
     if detection_csv is not None:
         write_papers(papers, detection_csv)
     if csv_target is not None:
         write_file(csv_target, table1_csv(found))
-    console = results(csv_target)
-    print_scene(field, rigs, score, console)
-    console.print(figures_table(found))
-    console.print(orders_table(found))
-    for line in verdict(found):
-        console.print(line, soft_wrap=True)
-    print_papers(papers, console)
+    return [
+        *scene_lines(field, rigs, score),
+        figures_table(found),
+        orders_table(found),
+        *verdict(found),
+        *papers_shown(papers),
+    ]
 
 
 def table1_csv(found: Table1) -> str:
@@ -72,14 +73,13 @@ def _csv_line(row: Table1Row, cls: str) -> dict[str, object]:
     return line
 
 
-def figures_table(found: Table1) -> Table:
+def figures_table(found: Table1) -> ShownTable:
     """Tabulate the paper's Table I with its three blocks one below the other: our figures next to the published, 10³
     nat."""
-    shown = table("10³ nat", *(title for name in CLASSES for title in (f"{name}\nours", "\npaper")))
-    for column in shown.columns[2::2]:
-        column.style = "dim"
+    titles = [title for name in CLASSES for title in (f"{name}\nours", "\npaper")]
+    shown = table("10³ nat", *titles, dim=range(2, 1 + len(titles), 2))
     for measure in MEASURES:
-        shown.add_row(Text(MEASURE_TITLES[measure], "bold"))
+        shown.add_row(Styled(MEASURE_TITLES[measure], "bold"))
         for row in found.rows:
             shown.add_row(f"  {row.rig}", *_beside(row, measure))
         shown.add_section()
@@ -92,13 +92,13 @@ def _beside(row: Table1Row, measure: Measure) -> Iterable[str]:
         yield thousands(row.published[name].of(measure), 2)
 
 
-def orders_table(found: Table1) -> Table:
+def orders_table(found: Table1) -> ShownTable:
     """Return the order of groups and rigs for each class, lowest first, and the paper's where it differs."""
     shown = table("class", "order of", "lowest first", "agrees", "τ", words=range(5))
     for order in found.orders:
         ours = " < ".join(order.ours)
         lines = ours if order.agrees else f"{ours}\npaper: {' < '.join(order.published)}"
-        verdict = Text("yes", "green") if order.agrees else Text("no", "bold red")
+        verdict = Styled("yes", "green") if order.agrees else Styled("no", "bold red")
         by = "rigs, S-MS" if order.what == "rigs" else order.what
         tau = "-" if order.kendall_tau is None else f"{order.kendall_tau:.2f}"
         shown.add_row(order.cls if order.what == "LiDAR groups" else "", by, lines, verdict, tau)

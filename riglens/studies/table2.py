@@ -7,15 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
 
-from riglens.app.terminal.console import note, progress_bar
-from riglens.app.terminal.tables import table
 from riglens.core.engine.engine import Engine
 from riglens.core.files import write_file
+from riglens.core.monitor import Monitor
 from riglens.core.scene.boxes import CLASSES, DataReport
+from riglens.core.shown_tables import Block, ShownTable, Styled, table
 from riglens.core.shown_values import thousands
 from riglens.core.study.detection.statistics import COLUMNS, MEAN
 from riglens.core.study.detection.surrogates import SURROGATES, Surrogates, surrogates
@@ -54,14 +51,14 @@ class Compared:
     agreements: list[Agreement]
 
 
-def compare_papers(engine: Engine, scene: SceneOptions) -> list[Compared]:
+def compare_papers(engine: Engine, scene: SceneOptions, monitor: Monitor) -> list[Compared]:
     """Score the rigs of both papers in all ways."""
     if scene.pog is not None:
-        note("a POG holds no individual objects: on target and ≥ 5 points are left out")
+        monitor.note("a POG holds no individual objects: on target and ≥ 5 points are left out")
     targets = TargetEngine(_traffic(scene))
     papers, found = (icra(), place3d()), list[Compared]()
     total = sum(len(paper.rigs) for paper in papers)
-    with progress_bar("Comparing with published detection") as progress:
+    with monitor.stage("Comparing with published detection") as progress:
         for paper in papers:
             done = sum(len(one.paper.rigs) for one in found)
 
@@ -83,16 +80,15 @@ def _traffic(scene: SceneOptions) -> Traffic:
     return traffic.frames_alone(np.arange(min(SAMPLE_FRAMES, traffic.frames)))
 
 
-def print_papers(found: Sequence[Compared], console: Console) -> None:
-    """Print figures and rank correlations of each paper, and the conclusion."""
+def papers_shown(found: Sequence[Compared]) -> Iterator[Block]:
+    """Yield figures and rank correlations of each paper, and the conclusion."""
     for one in found:
-        console.print(figures_table(one))
-        console.print(ranks_table(one))
-    for line in verdict(found):
-        console.print(line, soft_wrap=True)
+        yield figures_table(one)
+        yield ranks_table(one)
+    yield from verdict(found)
 
 
-def figures_table(one: Compared) -> Table:
+def figures_table(one: Compared) -> ShownTable:
     """Return rigs as rows: published percent by class, and our figures, mean over the classes."""
     published = (f"paper\n{column.replace('pedestrian', 'pedestr.')}" for column in COLUMNS)
     ours = (
@@ -101,10 +97,9 @@ def figures_table(one: Compared) -> Table:
         else "\n".join(("%", *TITLES[name].rsplit(" ", 1)))
         for name in _SHOWN
     )
-    shown = table("AP in %", *published, *ours, dense=True)
-    shown.title = Text(f"{one.paper.name}: published AP, our figures", "bold")
-    for column in shown.columns[1 : 1 + len(COLUMNS)]:
-        column.style = "dim"
+    title = Styled(f"{one.paper.name}: published AP, our figures", "bold")
+    dim = range(1, 1 + len(COLUMNS))
+    shown = table("AP in %", *published, *ours, title=title, dense=True, dim=dim)
     for place, rig in enumerate(one.paper.rigs):
         percent = [f"{one.paper.of(name).mean(axis=0)[place]:.1f}" for name in COLUMNS]
         shown.add_row(rig.name, *percent, *(_figure(one.ours, name, place) for name in _SHOWN))
@@ -116,13 +111,13 @@ def _figure(ours: Surrogates, name: str, place: int) -> str:
     return thousands(value, 2) if name in _IN_NATS else f"{100.0 * value:.1f}"
 
 
-def ranks_table(one: Compared) -> Table:
+def ranks_table(one: Compared) -> ShownTable:
     """Return our figures as rows: Spearman's correlation with the published order by class, and its 95 % interval."""
     titles = (f"\n{column}" for column in COLUMNS)
     shown = table(f"{one.paper.name}\nρ (95 %)", *titles, words=range(1 + len(COLUMNS)), dense=True)
     by_key = {(it.surrogate, it.column): it.found for it in one.agreements}
     for name in _SHOWN:
-        shown.add_row(Text(TITLES[name]), *(_rank(by_key[name, column]) for column in COLUMNS))
+        shown.add_row(TITLES[name], *(_rank(by_key[name, column]) for column in COLUMNS))
     return shown
 
 

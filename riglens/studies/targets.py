@@ -10,18 +10,15 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from rich.table import Table
-from rich.text import Text
 
-from riglens.app.terminal.console import results
-from riglens.app.terminal.loading import load_traffic
-from riglens.app.terminal.tables import table
 from riglens.core.errors import InputError
 from riglens.core.files import write_file
 from riglens.core.formats.opening import open_rig
+from riglens.core.monitor import Monitor
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.readers import parse_class_map
+from riglens.core.shown_tables import Block, ShownTable, Styled, table
 from riglens.core.shown_text import visible
 from riglens.core.study.target_counts import (
     EXPECTED,
@@ -38,6 +35,7 @@ from riglens.core.study.target_counts import (
     predict,
 )
 from riglens.core.study.true_points import Recorder, rigs_by_sequence, true_points
+from riglens.evaluation.loading import load_traffic
 from riglens.evaluation.options import SceneOptions
 from riglens.studies.files import csv_text, require_folder
 from riglens.studies.pictures import picture
@@ -53,8 +51,9 @@ def study(
     recorder: Recorder,
     threads: int | None,
     out: Path,
-) -> None:
-    """Print how predictions agree with a recording; write the tables and a chart."""
+    monitor: Monitor,
+) -> list[Block]:
+    """Return how predictions agree with a recording; write the tables and a chart."""
     assert scene.boxes is not None
     if rig is None and rigs is None:
         raise InputError("is needed, or", "rig", "rigs")
@@ -62,7 +61,7 @@ def study(
         raise InputError("cannot be combined with", "rig", "rigs")
     require_folder(out, NAMES)
     placed = rigs_by_sequence(rigs, recorder) if rigs is not None else open_rig(str(rig)).rig
-    traffic = load_traffic(scene, 60.0)
+    traffic = load_traffic(scene, 60.0, monitor)
     true = true_points(scene.boxes, parse_class_map(scene.classes))
     if len(true) != len(traffic.row):
         raise InputError(
@@ -74,15 +73,12 @@ def study(
     write_file(out / NAMES[0], csv_text(list(summary(pairs))))
     write_file(out / NAMES[1], csv_text(list(objects(pairs))))
     write_file(out / NAMES[2], chart(pairs))
-    console = results()
-    console.print(share_table(pairs))
+    said: list[Block] = [share_table(pairs)]
     for number in (*range(len(pairs.sequences)), None) if len(pairs.sequences) > 1 else (None,):
         name = "all together" if number is None else visible(pairs.sequences[number])
-        console.print(Text(name, "bold"), soft_wrap=True)
-        console.print(ratio_table(pairs, number))
-    for variant in list(VARIANTS)[-2:]:
-        console.print(verdict(pairs, variant), soft_wrap=True)
-    console.print(f"{out}: {', '.join(NAMES)}", soft_wrap=True)
+        said += [Styled(name, "bold"), ratio_table(pairs, number)]
+    said += [verdict(pairs, variant) for variant in list(VARIANTS)[-2:]]
+    return [*said, f"{out}: {', '.join(NAMES)}"]
 
 
 def _check_rigs(rigs: Mapping[str, Rig] | Rig, sequences: tuple[str, ...]) -> None:
@@ -132,7 +128,7 @@ def objects(pairs: Pairs) -> Iterator[dict[str, object]]:
         }
 
 
-def share_table(pairs: Pairs) -> Table:
+def share_table(pairs: Pairs) -> ShownTable:
     """Return shares of objects with enough points, predicted and true: sequences and classes as rows."""
     titles = (title for least in SHARES for title in (f"≥ {least}, predicted", "true"))
     shown = table(f"Share of objects, {ONE_DRAW}", *titles)
@@ -147,13 +143,13 @@ def share_table(pairs: Pairs) -> Table:
     return shown
 
 
-def ratio_table(pairs: Pairs, number: int | None) -> Table:
+def ratio_table(pairs: Pairs, number: int | None) -> ShownTable:
     """Tabulate the variants as rows, one section per class."""
     rings = (f"{low:g}-{high:g} m" for low, high in RINGS_M)
     shown = table("predicted / true points", "Spearman", *rings)
     for name, mask in class_masks(pairs).items():
         chosen = mask & pairs.of_sequence(number)
-        shown.add_row(Text(f"{name}, {int(chosen.sum()):,}", "bold"))
+        shown.add_row(Styled(f"{name}, {int(chosen.sum()):,}", "bold"))
         for variant in VARIANTS:
             rank = pairs.rank(variant, chosen)
             cells = [_ratio(pairs, variant, chosen, name, ring) for ring in RINGS_M if name in CLASSES]

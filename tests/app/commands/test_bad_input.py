@@ -171,7 +171,7 @@ def test_a_bad_rig_is_refused_before_any_window_opens(riglens):
 @pytest.mark.parametrize("command", ["evaluate", "pog", "presets", "table1", "render"])
 def test_an_unwritable_output_is_refused_before_any_work(riglens, tmp_path, boxes, monkeypatch, command):
     monkeypatch.setattr("riglens.core.scene.pog_store.build_pog", None)  # building would fail the test
-    monkeypatch.setattr("riglens.app.commands.data.build_pog", None)
+    monkeypatch.setattr("riglens.jobs.building.build_pog", None)
     (tmp_path / "folder.png").mkdir()
     for path in (tmp_path / "no" / "such" / "folder" / "out.png", tmp_path / "folder.png"):
         words = {

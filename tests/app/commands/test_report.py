@@ -19,8 +19,7 @@ from PIL import Image
 from pypdfium2 import PdfDocument
 from scipy.spatial import ConvexHull
 
-from riglens.app.commands import main, report
-from riglens.app.commands.report import rendered
+from riglens.app.commands import main
 from riglens.app.terminal.loading import load_rig
 from riglens.core.errors import InputError
 from riglens.core.figures.registry import object_figures
@@ -31,10 +30,12 @@ from riglens.core.scene.boxes import CLASSES
 from riglens.core.shown_text import visible
 from riglens.rendering import system_libraries
 from riglens.rendering.system_libraries import Requirement
+from riglens.reporting import making
 from riglens.reporting import reading as report_reading
 from riglens.reporting.document import Drawings, ReportDocument
 from riglens.reporting.drawings import Label, labels, plans
 from riglens.reporting.figures import differences, labels_of
+from riglens.reporting.making import rendered
 from riglens.reporting.page import (
     at,
     few_words,
@@ -203,8 +204,8 @@ def test_verify_makes_a_report_again(made, riglens):
 @pytest.fixture
 def made_again(monkeypatch, made, document):
     """What `verify` makes again comes at once: the figures of the report, and the drawings of the document."""
-    monkeypatch.setattr(report, "report_of", lambda plan, progress: None)
-    monkeypatch.setattr(report, "document_of", lambda plan, report: copy.deepcopy(document))
+    monkeypatch.setattr(making, "report_of", lambda plan, *_: None)
+    monkeypatch.setattr(making, "document_of", lambda plan, report: copy.deepcopy(document))
     return made[2]
 
 
@@ -227,7 +228,7 @@ def edited(document, form, pattern, new):
     """The file of a report whose page was edited by hand; what is attached is that of the report."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(
-            report, "report_page", lambda d: re.sub(pattern, new, report_page(d), count=1, flags=re.S)
+            making, "report_page", lambda d: re.sub(pattern, new, report_page(d), count=1, flags=re.S)
         )
         return rendered(document, form)
 
@@ -786,7 +787,7 @@ def test_bad_input_is_told_in_one_line(riglens, arguments, said):
     [("fmvss-111-near", "is from memory and not used in reports"), ("un-r999", "'un-r999' is unknown")],
 )
 def test_names_in_requirements_are_checked_before_any_work(riglens, tmp_path, monkeypatch, profile, said):
-    monkeypatch.setattr(report, "report_of", None)
+    monkeypatch.setattr(making, "report_of", None)
     path = tmp_path / "required.yaml"
     path.write_text(f"riglens_requirements: 1\nblind_objects: [{{profile: {profile}}}]\n")
     out = riglens("report", "Center", "--requirements", path, "--out", tmp_path / "a.html").refused()
@@ -794,7 +795,7 @@ def test_names_in_requirements_are_checked_before_any_work(riglens, tmp_path, mo
 
 
 def test_a_pdf_without_its_system_libraries_is_refused_before_any_work(riglens, tmp_path, monkeypatch, made):
-    monkeypatch.setattr(report, "report_of", None)
+    monkeypatch.setattr(making, "report_of", None)
     out = tmp_path / "a.pdf"
     with monkeypatch.context() as elsewhere:  # no Debian packages, and Pango missing
         elsewhere.delitem(sys.modules, "riglens.reporting.pdf")

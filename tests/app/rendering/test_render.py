@@ -12,7 +12,6 @@ from riglens.app.commands import start
 from riglens.core.rig.presets import preset
 from riglens.core.rig.yaml.file import load_rig
 from riglens.evaluation.options import DEFAULT_RIG, SceneOptions, ScoreOptions
-from riglens.rendering import render
 from riglens.widgets.viewport import still
 from tests.app.conftest import SMALL_GRID
 from tests.waiting import TIMEOUT_S
@@ -139,9 +138,9 @@ def test_without_a_display_the_same_job_runs_in_the_terminal(riglens_process, bo
 def test_without_a_display_and_a_rig_the_start_rig_and_that_of_the_paper_are_scored(monkeypatch, capsys):
     scored = []
     monkeypatch.setattr(start, "missing_display", lambda: "none")
-    monkeypatch.setattr(render, "score_without_window", lambda rigs, *_: scored.append(rigs))
+    monkeypatch.setattr(start, "_score_and_draw", lambda rigs, *_: scored.append(rigs))
     assert start.start(DEFAULT_RIG, SceneOptions(), ScoreOptions()) == 0
-    assert scored == [(preset("nuScenes car"), preset("W+T"))]
+    assert scored == [[preset("nuScenes car"), preset("W+T")]]
     assert capsys.readouterr().err.splitlines()[0] == "no display: running headless (none)"
 
 

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from riglens.app.terminal.console import show
 from riglens.core.errors import InputError
 from riglens.core.rig.model import Rig, Vehicle
 from riglens.core.rig.presets import preset
@@ -92,7 +93,7 @@ def test_a_class_without_objects_is_empty_in_the_tables(
     result = made_up(missing="bicycle")
     assert {row["ap"] for row in rows(rig_lines(result)) if row["class"] == "bicycle"} == {""}
     json.dumps(as_json(result), allow_nan=False)
-    detection._say(result, detection.results())
+    show(detection.shown(result))
     said = capsys.readouterr().out
     assert (
         "bicycle: no objects in the region of the test frames" in " ".join(said.split()) and WORDING in said
@@ -103,7 +104,7 @@ def test_one_rig_is_shown_without_comparison(tmp_path: Path, capsys: pytest.Capt
     result = made_up(rigs=1)
     detection.write(result, [], [], tmp_path)
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(detection.NAMES)
-    detection._say(result, detection.results())
+    show(detection.shown(result))
     said = capsys.readouterr().out
     assert "nothing to compare" in said and "Rank correlations need 5 rigs or more; there are 1." in said
 
@@ -112,7 +113,7 @@ def test_it_is_said_that_cameras_take_part(capsys: pytest.CaptureFixture[str]) -
     plain = made_up(rigs=2)
     seeing = replace(plain, study=replace(plain.study, protocol=replace(PROTOCOL, cameras="poor")))
     for result in (plain, seeing):
-        detection._say(result, detection.results())
+        show(detection.shown(result))
     first, second = capsys.readouterr().out.split(WORDING)[:2]
     assert "cameras" not in first
     assert "Points have the classes that cameras show, segmentation poor; S-MS and seen are of all" in second
@@ -237,7 +238,7 @@ def test_a_body_of_a_file_takes_part(
     assert "car.stl: no such file" in refused(riglens, *words)
     (tmp_path / "car.stl").write_bytes(stl())
 
-    def ends(asked: Study, scene: object) -> Surrogates:
+    def ends(asked: Study, *_: object) -> Surrogates:
         mesh = asked.compared[0].rig.vehicle.body_mesh
         raise InputError(f"{mesh is not None and len(mesh.triangles)} triangles")
 

@@ -1,4 +1,4 @@
-"""Long work in pieces on the terminal: other runs are refused, interruptions and open clusters are reported."""
+"""Long work in pieces next to its output: other runs are refused, interruptions and open clusters are reported."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from riglens.app.terminal.console import note
 from riglens.core.files import is_stream
+from riglens.core.monitor import Monitor
 from riglens.core.pieces.backend import Backend, workers_at
 from riglens.core.pieces.cluster import is_unencrypted
 from riglens.core.pieces.folder import count_kept, sole_run
@@ -34,21 +34,21 @@ def parts_folder(out: Path) -> Iterator[Path]:
 
 
 @contextmanager
-def resumable(folder: Path, backend: Backend, pieces: int) -> Iterator[Workers]:
+def resumable(folder: Path, backend: Backend, pieces: int, monitor: Monitor) -> Iterator[Workers]:
     """Start workers for `pieces` pieces, which are kept in a folder, while the block runs.
 
     Raise InputError when another run is at work in the folder or the workers cannot be reached; a KeyboardInterrupt of
     the block says how many pieces are kept.
     """
-    with sole_run(folder), workers_for(folder, backend, pieces) as workers:
+    with sole_run(folder), workers_for(folder, backend, pieces, monitor) as workers:
         yield workers
 
 
 @contextmanager
-def workers_for(folder: Path, backend: Backend, pieces: int) -> Iterator[Workers]:
+def workers_for(folder: Path, backend: Backend, pieces: int, monitor: Monitor) -> Iterator[Workers]:
     """Do the same in a folder that is locked already."""
     if backend.dask is not None and is_unencrypted(backend.dask):
-        note(
+        monitor.note(
             f"{backend.dask} is not encrypted: anyone on the cluster's network can run code on all of its machines "
             "and on this one; use tls:// (docs/security.md)"
         )

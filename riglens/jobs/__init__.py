@@ -1,0 +1,1 @@
+"""Jobs of commands and Python functions: options and a monitor in, results out."""

@@ -1,0 +1,104 @@
+"""Parts of a review of a rig: blind zones, detection range, redundancy."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from riglens.core.blind.zones import (
+    BlindEngine,
+    BlindMap,
+    BlindSettings,
+)
+from riglens.core.engine.engine import Engine
+from riglens.core.kernels.runtime import jit
+from riglens.core.metric.entropy import EntropyField
+from riglens.core.monitor import Monitor
+from riglens.core.review.documents import coverage_document
+from riglens.core.review.profiles import Profile
+from riglens.core.review.redundancy import (
+    NO_EVIDENCE,
+    Counter,
+    Coverage,
+    target_counter,
+    voxel_counter,
+    with_halves,
+)
+from riglens.core.review.verdicts import ProfileVerdict, verdicts
+from riglens.core.rig.model import FORMAT_VERSION, Rig
+from riglens.core.rig.yaml.file import identity_of
+from riglens.core.targets.detection_range import DetectionRange, RangePlan
+from riglens.core.targets.detection_range_making import detection_range_of
+from riglens.core.targets.engine import TargetEngine, warm_up
+from riglens.core.targets.settings import TargetSettings
+from riglens.core.targets.traffic import Traffic
+from riglens.evaluation.options import ScoreOptions
+from riglens.evaluation.scenario import settings_of
+
+
+def blind_zones(
+    rig: Rig, settings: BlindSettings, profiles: Sequence[Profile], threads: int | None, monitor: Monitor
+) -> tuple[BlindMap, tuple[ProfileVerdict, ...]]:
+    """Find blind zones of a rig and judge test objects."""
+    with monitor.stage("Casting rays") as progress:
+        found = BlindEngine(rig.vehicle, settings, threads).evaluate(rig)
+        progress(0.5)
+        return found, verdicts(rig, profiles, settings.body, jit.use_threads(threads))
+
+
+def detection_range(rig: Rig, plan: RangePlan, threads: int | None) -> DetectionRange:
+    """Find the detection ranges of a rig."""
+    warm_up(threads)
+    return detection_range_of(rig, plan, threads)
+
+
+@dataclass(frozen=True)
+class Redundancy:
+    """Coverage of voxels, and of objects where they were counted."""
+
+    rig: Rig
+    body: str
+    field: EntropyField
+    voxels: Coverage
+    targets: Coverage | None
+    min_points: int
+
+    def document(self) -> dict[str, Any]:
+        """Return the figures as plain data."""
+        return {
+            "riglens": FORMAT_VERSION,
+            "body": self.body,
+            "note": NO_EVIDENCE,
+            "rig": identity_of(self.rig),
+            "data": {"source": self.field.data.source, "sha256": self.field.data.sha256},
+            "voxel_m": self.field.grid.voxel_m,
+            "min_points": self.min_points,
+            "voxels": coverage_document(self.voxels, "nat"),
+            "objects": None if self.targets is None else coverage_document(self.targets, "objects"),
+        }
+
+
+def redundancy_of(
+    rig: Rig,
+    field: EntropyField,
+    traffic: Traffic | None,
+    score: ScoreOptions,
+    counting: TargetSettings,
+    halves: bool,
+    monitor: Monitor,
+) -> Redundancy:
+    """Return a rig's coverage of voxels and, where there is traffic, of objects; with `halves` also the losses by
+    half-blocked sensors."""
+    settings, targets = settings_of(score), None
+
+    def found(coverage: Counter) -> Coverage:
+        return with_halves(coverage(rig), rig, coverage) if halves else coverage(rig)
+
+    with monitor.stage("Casting rays"):
+        voxels = found(voxel_counter(Engine(field, score.threads), settings))
+    if traffic is not None:
+        with monitor.stage("Counting objects"):
+            how = replace(counting, body=settings.body)
+            targets = found(target_counter(TargetEngine(traffic, score.threads), how))
+    return Redundancy(rig, score.body_of(rig), field, voxels, targets, counting.min_points)
