@@ -14,6 +14,7 @@ import pytest
 from pytestqt.qtbot import QtBot
 from rich.table import Table
 
+import riglens as rl
 from riglens.app.background.counting import figures_beside_scores
 from riglens.app.terminal.figures import leading_table
 from riglens.core.figures.coverage import VoxelFigure
@@ -43,7 +44,11 @@ from riglens.core.sweep.rows import Sweeper, SweepFigures
 from riglens.core.sweep.table import better_of
 from riglens.core.targets.settings import USUAL
 from riglens.core.targets.traffic import Traffic
+from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.rendering.picture import Findings, score_rows
+from riglens.reporting.document import document_of
+from riglens.reporting.figures import ReportPlan, report_of
+from riglens.reporting.page import report_page
 from riglens.widgets.panels.compare.model import CompareRow, columns_for, table_text
 from riglens.widgets.panels.scores.panel import ScoresPanel
 from riglens.widgets.panels.sensors.losses import losses_of
@@ -70,6 +75,14 @@ UNSEEN = VoxelFigure(
     better="less",
     leads=True,
     value=lambda scores: 1.0 - scores.any_seen,
+)
+BOXES = "\n".join(
+    [
+        "seq,frame,cls,x,y,z,length,width,height,yaw",
+        "s,0,car,6,0,0.8,4,2,1.6,0",
+        "s,1,bicycle,3,-4,0.9,2,0.6,1.7,0",
+        "s,2,pedestrian,2,5,0.9,0.6,0.6,1.8,0\n",
+    ]
 )
 RIG = Rig(
     name="mine",
@@ -283,3 +296,31 @@ def test_the_terminal_has_it_as_a_column(evaluated: Evaluated) -> None:
     assert isinstance(table, Table)
     assert {TWENTY.title, UNSEEN.title} <= {column.header for column in table.columns}
     assert any(TWENTY.question[1:] in str(line) for line in lines)
+
+
+# ---------------------------------------------------------------- Python and the report
+
+
+def test_python_has_it_in_results_and_rows(tmp_path: Path) -> None:
+    boxes = tmp_path / "boxes.csv"
+    boxes.write_text(BOXES)
+    scene = rl.load_scene(boxes, 0.5, roi_m=(20, 20, 4))
+    found = rl.score(RIG, scene, rl.load_traffic(boxes), threads=1)
+    assert found["car"].figures["share_20"].exists and "unseen" in found.rows()[0]
+    counted = rl.targets(RIG, rl.load_traffic(boxes), threads=1)
+    assert counted["car"].total.share_20.value == found["car"].figures["share_20"].value
+    assert "share_20" in counted.rows()[0] and "share_20_se" in counted.by_sector()[0]
+
+
+def test_a_report_of_two_rigs_has_it_with_the_difference(tmp_path: Path) -> None:
+    boxes = tmp_path / "boxes.csv"
+    boxes.write_text(BOXES)
+    scene = SceneOptions(boxes=boxes, voxel_m=0.5, roi_m=(20.0, 20.0, 4.0))
+    rigs = (RIG, RIG.model_copy(update={"name": "other", "sensors": RIG.sensors[:1]}))
+    plan = ReportPlan(rigs, scene, ScoreOptions(), draws=0, seed=0)
+    page = report_page(document_of(plan, report_of(plan, lambda share, stage: None)))
+    for key in ("share_20", "unseen"):
+        place = f"evaluation/rigs/%d/classes/car/figures/{key}/value"
+        assert f'data-from="{place % 0}"' in page
+        assert f'data-from="{place % 1}" data-less="{place % 0}"' in page
+    assert TWENTY.question in page and "Differences of less than 2.00 %" in page

@@ -15,7 +15,6 @@ from rich.text import Text
 from riglens.app.commands.options import CountArguments, Parts
 from riglens.app.commands.output import require_outputs
 from riglens.app.terminal.console import progress_bar, results
-from riglens.app.terminal.loading import load_traffic
 from riglens.core.errors import InputError
 from riglens.core.figures.documents import objects_document
 from riglens.core.figures.figure import SE_FACTOR, Estimate
@@ -94,14 +93,11 @@ def require_count_outputs(
     require_outputs(reads, json, count.objects)
 
 
-def count_inputs(
-    scene: SceneOptions, count: CountArguments, score: ScoreOptions
-) -> tuple[Traffic, TargetSettings]:
-    """Load the traffic and return it with the settings of counting; raise InputError for what does not fit."""
+def counting_settings(scene: SceneOptions, count: CountArguments, score: ScoreOptions) -> TargetSettings:
+    """Return the settings of counting; raise InputError for a scene without objects."""
     if scene.pog is not None:
         raise InputError("needs a box data set: a stored POG holds no objects", "targets")
-    how = count_settings(count, score)
-    return load_traffic(scene, count.within_m), how
+    return count_settings(count, score)
 
 
 def count_hits(
