@@ -269,9 +269,9 @@ def test_bars_are_as_long_as_the_figures_of_the_table(bench: Bench) -> None:
     assert all([bar.row.name for bar in chart.bars] == ["small", "W+T", "N+C"] for chart in charts)
     for bar in charts[1].bars:
         assert bar.row.scores is not None
-        assert bar.number == bar.row.scores.classes["car"].s_ms <= 0.0
+        assert bar.value.value == bar.row.scores.classes["car"].s_ms <= 0.0
         assert bar.area.top() == charts[1].zero_px  # what is below zero hangs down
-    lengths = [bar.area.height() / bar.number for bar in charts[1].bars]
+    lengths = [bar.area.height() / bar.value.value for bar in charts[1].bars]
     assert lengths == pytest.approx([lengths[0]] * 3, rel=0.05)
 
 
@@ -290,7 +290,7 @@ def test_bars_follow_the_order_the_class_and_the_differences_of_the_table(bench:
         [bar.row.name for bar in bars] == [row.name for row in panel.table.shown_rows()] == ["W+T", "small"]
     )
     here, other = (bench.fresh_scores(rig).classes["pedestrian"].s_ms for rig in (RIG, preset("W+T")))
-    assert [bar.number for bar in bars] == [other - here, 0.0]
+    assert [bar.value.value for bar in bars] == [other - here, 0.0]
 
 
 def test_ctrl_a_in_the_table_selects_rigs_and_no_sensors(bench: Bench) -> None:

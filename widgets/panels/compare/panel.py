@@ -41,7 +41,7 @@ from riglens.widgets.panels.figures.table import SORT, FigureTable
 from riglens.widgets.panels.scores.text import SIGN_NOTE
 
 _NAME_PX, _SENSORS_PX, _SCORE_PX = 132, 84, 84
-_ROW_PX, _HIGHEST_ROW_PX = 24, 30
+_ROW_PX, _HIGHEST_ROW_PX = 24, 36
 _WIDEST_NAME_PX = 240
 _TITLE_PX = 140
 """Room for a title in full."""
