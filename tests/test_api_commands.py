@@ -97,7 +97,7 @@ def by_words(place: Place, *words: object) -> dict[str, Any]:
 
 
 CASES: dict[str, tuple[list[str], Callable[[Place], Any]]] = {
-    "evaluate": (["BOXES", "GRID"], lambda p: rl.score(p.rig, p.scene)),
+    "evaluate": (["BOXES", "GRID"], lambda p: rl.score(p.rig, p.scene, p.traffic)),
     "evaluate targets": (["BOXES", "GRID", "--targets"], lambda p: rl.targets(p.rig, p.traffic)),
     "review audit": (["BOXES", "GRID"], lambda p: rl.audit(p.rig, p.scene)),
     "review blind": (

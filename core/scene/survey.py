@@ -127,7 +127,7 @@ def survey(source: BoxSource, progress: Progress | None = None) -> Survey:
 # ---------------------------------------------------------------- what is implausible
 
 Advice = Callable[[str, object], str]
-"""Words of a front end for a field with a value, such as `--origin 0 0 1.73`."""
+"""Words of a front end for a field with a value: `origin_m` with (0, 0, 1.73)."""
 
 
 @dataclass(frozen=True)

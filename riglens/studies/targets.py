@@ -35,8 +35,9 @@ from riglens.core.study.target_counts import (
     predict,
 )
 from riglens.core.study.true_points import Recorder, rigs_by_sequence, true_points
-from riglens.evaluation.loading import load_traffic
+from riglens.evaluation.loading import note_data
 from riglens.evaluation.options import SceneOptions
+from riglens.evaluation.traffic import load_traffic as read_traffic
 from riglens.studies.files import csv_text, require_folder
 from riglens.studies.pictures import picture
 
@@ -61,7 +62,7 @@ def study(
         raise InputError("cannot be combined with", "rig", "rigs")
     require_folder(out, NAMES)
     placed = rigs_by_sequence(rigs, recorder) if rigs is not None else open_rig(str(rig)).rig
-    traffic = load_traffic(scene, 60.0, monitor)
+    traffic = read_traffic(scene, 60.0)
     true = true_points(scene.boxes, parse_class_map(scene.classes))
     if len(true) != len(traffic.row):
         raise InputError(
@@ -69,6 +70,7 @@ def study(
         )
     labels = traffic.data.labels
     _check_rigs(placed, labels.names if labels is not None else ("all",))
+    note_data(traffic.data, monitor)  # what is refused is refused in one line
     pairs = predict(traffic, true, placed, threads)
     write_file(out / NAMES[0], csv_text(list(summary(pairs))))
     write_file(out / NAMES[1], csv_text(list(objects(pairs))))
