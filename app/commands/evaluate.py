@@ -52,10 +52,15 @@ def evaluate(
     """
     # --help needs nothing of this
     from riglens.app.commands.output import deliver
-    from riglens.app.commands.targets import count_hits, count_inputs, require_count_outputs
+    from riglens.app.commands.targets import (
+        count_hits,
+        count_settings,
+        require_count_outputs,
+        require_countable,
+    )
     from riglens.app.terminal.console import note, results
     from riglens.app.terminal.figures import leading_table
-    from riglens.app.terminal.loading import load_rigs, load_scene
+    from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic
     from riglens.app.terminal.scores import print_scene, print_scores, score_rigs
     from riglens.core.figures.documents import evaluation_document
     from riglens.core.figures.evaluated import Evaluated, EvaluationSettings
@@ -66,14 +71,18 @@ def evaluate(
         count.require_unused(scene, surroundings, by)
     loaded = load_rigs(rigs, score, reading.libraries, reading.housings)
     require_count_outputs(count, loaded, (*rigs, *scene.files), json, by)
-    counting = count_inputs(scene.surrounded(surroundings), count, score) if with_objects else None
+    how = None
+    if with_objects:  # what is refused is refused in one line: before notes, and before the data are read
+        require_countable(scene, count)
+        how = count_settings(count, score)
     _, field = load_scene(scene, loaded, score)
-    for line in wrong_places(loaded):  # what is refused is refused in one line
+    traffic = None if how is None else load_traffic(scene.surrounded(surroundings), count.within_m)
+    for line in wrong_places(loaded):
         note(line)
     evaluations = score_rigs(loaded, field, score)
     found = None
-    if counting is not None:
-        found = count_hits(loaded, *counting, count, score)
+    if how is not None and traffic is not None:
+        found = count_hits(loaded, traffic, how, count, score)
     settings = EvaluationSettings(settings_of(score))
     evaluated = [
         Evaluated(one.rig, settings, field, one, None if found is None else found.counted[number])

@@ -15,7 +15,6 @@ from rich.text import Text
 from riglens.app.commands.options import CountArguments, Parts
 from riglens.app.commands.output import require_outputs
 from riglens.app.terminal.console import progress_bar, results
-from riglens.app.terminal.loading import load_traffic
 from riglens.core.errors import InputError
 from riglens.core.figures.documents import objects_document
 from riglens.core.figures.figure import SE_FACTOR, Estimate
@@ -34,7 +33,7 @@ from riglens.core.targets.counts import Counted
 from riglens.core.targets.engine import TargetEngine, warm_up
 from riglens.core.targets.object_table import object_table
 from riglens.core.targets.settings import HEIGHT_PX, TargetSettings
-from riglens.core.targets.traffic import Traffic
+from riglens.core.targets.traffic import Traffic, require_within
 from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.studies.files import write_csv
 
@@ -94,14 +93,11 @@ def require_count_outputs(
     require_outputs(reads, json, count.objects)
 
 
-def count_inputs(
-    scene: SceneOptions, count: CountArguments, score: ScoreOptions
-) -> tuple[Traffic, TargetSettings]:
-    """Load the traffic and return it with the settings of counting; raise InputError for what does not fit."""
+def require_countable(scene: SceneOptions, count: CountArguments) -> None:
+    """Raise InputError for a scene without objects, or a distance within which none can be."""
     if scene.pog is not None:
         raise InputError("needs a box data set: a stored POG holds no objects", "targets")
-    how = count_settings(count, score)
-    return load_traffic(scene, count.within_m), how
+    require_within(count.within_m)
 
 
 def count_hits(

@@ -9,7 +9,7 @@ from riglens.app.commands.parsing import app
 from riglens.evaluation.names import label_of, option_of
 
 ROOT = Path(__file__).resolve().parents[3]
-NOT_OPTIONS = {"bearings_deg", "speeds_kmh", "name", "field"}
+NOT_OPTIONS = {"bearings_deg", "speeds_kmh", "width_m", "name", "field"}
 """Arguments of Python alone, and variables."""
 
 
