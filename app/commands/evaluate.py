@@ -52,7 +52,12 @@ def evaluate(
     """
     # --help needs nothing of this
     from riglens.app.commands.output import deliver
-    from riglens.app.commands.targets import count_hits, counting_settings, require_count_outputs
+    from riglens.app.commands.targets import (
+        count_hits,
+        count_settings,
+        require_count_outputs,
+        require_countable,
+    )
     from riglens.app.terminal.console import note, results
     from riglens.app.terminal.figures import leading_table
     from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic
@@ -66,14 +71,17 @@ def evaluate(
         count.require_unused(scene, surroundings, by)
     loaded = load_rigs(rigs, score, reading.libraries, reading.housings)
     require_count_outputs(count, loaded, (*rigs, *scene.files), json, by)
-    how = counting_settings(scene, count, score) if with_objects else None
+    how = None
+    if with_objects:  # what is refused is refused in one line: before notes, and before the data are read
+        require_countable(scene, count)
+        how = count_settings(count, score)
     _, field = load_scene(scene, loaded, score)
-    traffic = load_traffic(scene.surrounded(surroundings), count.within_m) if with_objects else None
-    for line in wrong_places(loaded):  # what is refused is refused in one line
+    traffic = None if how is None else load_traffic(scene.surrounded(surroundings), count.within_m)
+    for line in wrong_places(loaded):
         note(line)
     evaluations = score_rigs(loaded, field, score)
     found = None
-    if traffic is not None and how is not None:
+    if how is not None and traffic is not None:
         found = count_hits(loaded, traffic, how, count, score)
     settings = EvaluationSettings(settings_of(score))
     evaluated = [

@@ -33,7 +33,7 @@ from riglens.core.targets.counts import Counted
 from riglens.core.targets.engine import TargetEngine, warm_up
 from riglens.core.targets.object_table import object_table
 from riglens.core.targets.settings import HEIGHT_PX, TargetSettings
-from riglens.core.targets.traffic import Traffic
+from riglens.core.targets.traffic import Traffic, require_within
 from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.studies.files import write_csv
 
@@ -93,11 +93,11 @@ def require_count_outputs(
     require_outputs(reads, json, count.objects)
 
 
-def counting_settings(scene: SceneOptions, count: CountArguments, score: ScoreOptions) -> TargetSettings:
-    """Return the settings of counting; raise InputError for a scene without objects."""
+def require_countable(scene: SceneOptions, count: CountArguments) -> None:
+    """Raise InputError for a scene without objects, or a distance within which none can be."""
     if scene.pog is not None:
         raise InputError("needs a box data set: a stored POG holds no objects", "targets")
-    return count_settings(count, score)
+    require_within(count.within_m)
 
 
 def count_hits(

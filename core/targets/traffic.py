@@ -88,9 +88,14 @@ class Traffic:
     def within(self, within_m: float) -> Traffic:
         """Return the same boxes, of which those within another distance count; raise InputError unless it is above
         0."""
-        if not 0.0 < within_m <= 1e6:
-            raise InputError(f"must be above 0 and at most 1e6 m (got {within_m:g})", "within_m")
+        require_within(within_m)
         return self if within_m == self.within_m else replace(self, within_m=within_m)
+
+
+def require_within(within_m: float) -> None:
+    """Raise InputError unless a distance within which objects count is above 0."""
+    if not 0.0 < within_m <= 1e6:
+        raise InputError(f"must be above 0 and at most 1e6 m (got {within_m:g})", "within_m")
 
 
 def read_traffic(

@@ -215,7 +215,7 @@ def test_a_failure_of_the_program_ends_with_3_and_a_traceback(riglens, monkeypat
         ("review Center --errors magic", "--errors must be one of assembly"),
         ("review Center --min-points 0", "--min-points must be"),
         ("review Center --seed -1", "--seed must be an integer from 0 to"),
-        ("review Center --worst-by 'seen lorry'", "--worst-by must be one of predicted car"),
+        ("review Center --worst-by 'seen lorry'", "--worst-by must be one of "),
         ("evaluate --targets W+T --within 0", "--within must be above 0"),
         ("evaluate --targets W+T --sample 0", "--sample must be an integer ≥ 1 (got 0)"),
         ("evaluate --targets W+T --min-points -1", "--min-points must be an integer ≥ 1 (got -1)"),
