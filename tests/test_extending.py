@@ -106,6 +106,10 @@ def test_the_command_line_uses_it(environment: Environment, data: Path) -> None:
         assert 0.0 < found["rigs"][0]["classes"]["car"]["thermal"]["seen"] <= 1.0
         figure = found["rigs"][0]["classes"]["car"]["figures"]["share_20"]
         assert figure["value"] is None and "LiDAR" in figure["reason"]
+    view = (*grid, "--boxes", "drive.boxlog", "--size", "160x120")
+    for heat in ("seen_by_thermal", "off"):
+        riglens(environment, data, "render", "front.acme", *view, "--heatmap", heat, "--out", f"{heat}.png")
+    assert (data / "seen_by_thermal.png").read_bytes() != (data / "off.png").read_bytes()
 
 
 def test_python_uses_it(environment: Environment, data: Path) -> None:
