@@ -7,7 +7,7 @@ import pytest
 
 from riglens.core.errors import InputError
 from riglens.core.scene.boxes import CLASSES, DataReport
-from riglens.core.sensors.radar import Radar, Scan
+from riglens.core.sensors.radar import Radar, RadarScan
 from riglens.core.sweep.curve import POINTS, curve, nearby_values
 from riglens.core.sweep.fields import field_called, with_values
 from riglens.core.sweep.rows import Sweeper, SweepFigures
@@ -60,7 +60,7 @@ def test_changes_are_those_of_counts_from_scratch(traffic, name):
 
 
 def test_a_sensor_that_is_off_has_no_curve_where_it_alone_makes_the_figure(traffic):
-    far = Scan(azimuth_deg=(-45.0, 45.0), elevation_deg=(-10.0, 10.0), range_m=70.0)
+    far = RadarScan(azimuth_deg=(-45.0, 45.0), elevation_deg=(-10.0, 10.0), range_m=70.0)
     radar = Radar(name="grille", position=(2.2, 0.0, 0.5), scans=(far,), enabled=False)
     rig = RIG.model_copy(update={"sensors": (*RIG.sensors, radar)})
     sweeper = Sweeper(SweepFigures(None, USUAL, 8), rig, None, traffic, threads=1)
