@@ -70,9 +70,11 @@ def chart_of(
     return Chart(shown, area, zero_px, tuple(bars))
 
 
-_EDGE_PX, _GAP_PX, _LINE_PX, _SWATCH_PX = 10.0, 20.0, 16.0, 9.0
+_EDGE_PX, _GAP_PX, _LINE_PX, _SWATCH_PX = 10.0, 12.0, 16.0, 9.0
 _LEGEND_LINES = 2
 _WAITING = "Scores follow"
+_NARROWEST_PX = 100.0
+"""Of a chart and the gap beside it: a short title fits; what does not fit into the panel is scrolled to."""
 _ONE_LINE_PX = 150.0
 """From this width on a chart's title and its scale stand in one line."""
 
@@ -101,6 +103,7 @@ class CompareChart(QWidget):
     def show_rows(self, rows: Sequence[CompareRow], selected: tuple[str, ...]) -> None:
         """Show these rigs; when some are selected, the others are faint."""
         self._rows, self._selected = tuple(rows), selected
+        self.setMinimumWidth(int(len(self._model.columns) * _NARROWEST_PX))
         self.update()
 
     # ------------------------------------------------------------------ where things are

@@ -35,6 +35,7 @@ from riglens.widgets.panels.controls.building import button, filled, plain_label
 from riglens.widgets.panels.controls.icons import icon
 from riglens.widgets.panels.controls.item_views import OwnKeys, StandardKey, give_context_menu
 from riglens.widgets.panels.controls.menus import add_entry
+from riglens.widgets.panels.controls.scrolled import scrolled
 from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel
 from riglens.widgets.panels.fields.form import ChoiceBox
 from riglens.widgets.panels.figures.table import SORT, FigureTable
@@ -81,7 +82,7 @@ class CompareTable(FigureTable):
         self.verticalHeader().hide()
         self.verticalHeader().setMinimumSectionSize(_ROW_PX)
         header = self.horizontalHeader()
-        header.setTextElideMode(Qt.TextElideMode.ElideRight)
+        header.setTextElideMode(Qt.TextElideMode.ElideNone)  # Qt measures two lines as one
         header.setMinimumSectionSize(_SCORE_PX)
         header.setSortIndicatorClearable(True)
         header.setSortIndicator(-1, Qt.SortOrder.AscendingOrder)
@@ -203,7 +204,8 @@ class ComparePanel(QWidget):
         self.table, self.chart = CompareTable(self.model), CompareChart(self.model)
         self._halves = QSplitter()
         self._halves.setChildrenCollapsible(False)
-        for half in (self.table, self.chart):
+        self._scrolled_chart = scrolled(self.chart)
+        for half in (self.table, self._scrolled_chart):
             self._halves.addWidget(half)
         filled(QVBoxLayout(self), self._controls(), self._halves, 1, spacing=0)
         self._connect()
@@ -254,7 +256,7 @@ class ComparePanel(QWidget):
         is_wide, is_high = size.width() >= BESIDE_PX, size.height() >= BELOW_PX
         self._halves.setOrientation(Qt.Orientation.Horizontal if is_wide else Qt.Orientation.Vertical)
         self.table.setVisible(not wanted or is_wide or is_high)
-        self.chart.setVisible(wanted)
+        self._scrolled_chart.setVisible(wanted)
         self._show_bars()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
