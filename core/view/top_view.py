@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 SeenBy = str
-"""Coverage that a map shows: "any", "twice", "thrice", "kinds" (two of them), or the name of a kind of sensor."""
+"""Key of the set of voxels that a map shows, one of `voxel_sets` in core/figures/registry.py."""
 EMPTY, BLIND, LEAST, MOST = 0, 1, 2, 255
 """Levels of a cell: nothing to see, something there and none of it seen, and from LEAST to MOST the share seen."""
 
