@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import NamedTuple
 
 
 class OptionHelp(NamedTuple):
     """Help of a field: the form of its value on the command line ("on|off" for a switch said by words), one sentence,
-    the titles of the values to choose among in the window, and its option where that is not called like the field."""
+    and its option where that is not called like the field."""
 
     metavar: str
     help: str
-    titles: Mapping[str, str] | None = None
     option: str = ""

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from riglens.arguments import StrPath
 from riglens.core.optimise.mounts import LEVELS_DEG, TURNS_DEG, USUAL_RULES, Additions, moves_of
-from riglens.core.optimise.objectives import Problem
+from riglens.core.optimise.problem import Problem
 from riglens.core.optimise.results import OptimiseResult
 from riglens.core.optimise.run import finished
 from riglens.core.optimise.weights import Weights
@@ -33,7 +33,6 @@ def optimise(
     mirrored: bool = True,
     objective: str = "on_target",
     weights: Mapping[str | tuple[float, float], float] | None = None,
-    floors: Mapping[str, float] | None = None,
     scene: Scene | None = None,
     cost: Mapping[str, float] | None = None,
     budget: float = float("inf"),
@@ -46,7 +45,6 @@ def optimise(
     seed: int = 0,
     against: Rig | None = None,
     blind_m: float | None = None,
-    at_least: float | None = None,
     checks: Mapping[str, Traffic] | None = None,
     threads: int | None = None,
     mesh_folder: StrPath = ".",
@@ -66,10 +64,10 @@ def optimise(
     count, mirrored
         How many mirror pairs to add at most, or single sensors.
     objective
-        "on_target": the mean over classes of the hit coverage of objects; "predicted", "worst_failure", "seen",
-        "blind", "cameras", and "s_ms", which counts voxels and no objects.
-    weights, floors
-        Weights by class and by ring [from, to) in metres; least values of the objective by class.
+        Figure to improve: "on_target", the mean over classes of the hit coverage of objects, any other of
+        `docs/optimise.md`, such as "predicted", "blind_m2", "share_25px" or "seen_lidar"; or "worst_failure".
+    weights
+        Weights by class and by ring [from, to) in metres.
     scene
         Voxels for the objectives of them: made by `load_scene`.
     cost, budget
@@ -85,8 +83,6 @@ def optimise(
         The rig that gains are compared with; by default the best of some mounts chosen by hand.
     blind_m
         Also find the front between the objective and the area where an object of this height is in no sensor's view.
-    at_least
-        Value of the objective to reach: the cheapest set that does is proposed, the best at that cost.
     checks
         Other traffic to check the gain in, by the name of the case.
     threads
@@ -109,7 +105,7 @@ def optimise(
     rings = {ring: weight for ring, weight in (weights or {}).items() if not isinstance(ring, str)}
     problem = Problem(
         rig, traffic, additions, objective, frames, held_out, seed, against, blind_m,
-        moves_of(radius_m, exchange or {}, turns), Weights(by_class, rings), floors or {},
-        None if scene is None else scene.field, checks=checks or {}, at_least=at_least,
+        moves_of(radius_m, exchange or {}, turns), Weights(by_class, rings),
+        None if scene is None else scene.field, checks=checks or {},
     )  # fmt: skip
     return finished(problem, threads, progress)

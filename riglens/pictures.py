@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from riglens.arguments import ClassName, StrPath, warn
+from riglens.core.figures.text import in_sentence, value_text
 from riglens.core.files import write_file
 from riglens.core.metric.scores import Body
 from riglens.core.optimise.results import OptimiseResult
@@ -238,7 +239,8 @@ def _proposals_html(found: OptimiseResult) -> str:
         {"proposal": one.rig.name, "value": one.value, "cost": one.cost, "verdict": one.verdict}
         for one in found.proposals
     ]
-    title = f"{found.problem.rig.name}: on target {found.before:.3f}; {found.sentence()}"
+    before = f"{in_sentence(found.problem.goal.title)} {value_text(found.figure, found.before)}"
+    title = f"{found.problem.rig.name}: {before}; {found.sentence()}"
     return html_table(title, rows, _proposals_png(found))
 
 

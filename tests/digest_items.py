@@ -64,6 +64,7 @@ PER_RIG = {
     "check": f"check RIG {BOX} --requirements ../in/easy.yaml --voxel 0.25 --json verdicts.json",
     "check-hard": f"check RIG {BOX} --requirements ../in/hard.yaml --voxel 0.25",
 }
+FEW = "--add generic-16 --spots 1.4 --frames 4 --held-out 12"
 OTHERS = {
     "scene": {
         "fine": "evaluate W+T ../in/skew.yaml --voxel 0.1 --json -",
@@ -117,6 +118,15 @@ OTHERS = {
         "town": "report 'nuScenes car' --voxel 0.4 --draws 0 --out r.html",
         "van": f"report ../in/van.yaml Wide {BOX} --voxel 0.5 --draws 4 --seed 3 --out r.html",
         "mesh": f"report ../in/mesh.yaml {BOX} --requirements ../in/hard.yaml --voxel 0.5 --draws 0 --out r.html",
+    },
+    "optimise": {
+        "front": f"optimise Center {BOX} {FEW} --blind 0.3 --json -",
+        "budget": f"optimise Line {BOX} {FEW} --count 2 --budget 4 --weight pedestrian=2 --out found",
+        "move": f"optimise 'KITTI car' {BOX} --move velodyne=0.5 --frames 4 --held-out 12 --json -",
+        "ground": f"optimise '../in/van.yaml' {BOX} {FEW} --objective blind_m2 --json -",
+        "voxels": f"optimise Center {BOX} {FEW} --objective seen_lidar --json -",
+        "predicted": f"optimise Center {BOX} {FEW} --objective predicted --json -",
+        "no bound": f"optimise Center {BOX} {FEW} --objective share_5 --json -",
     },
     "extras": {
         "blind-profile": "review W+T --only blind --blind-voxel 0.25 --profile ../in/profiles.yaml --json -",

@@ -7,7 +7,9 @@ import csv
 import io
 import json
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -17,9 +19,10 @@ from rich.table import Table
 import riglens as rl
 from riglens.app.background.counting import figures_beside_scores
 from riglens.app.terminal.figures import leading_table
+from riglens.app.window.features.propose import fields_of
 from riglens.core.figures.coverage import VoxelFigure
 from riglens.core.figures.documents import evaluation_document, objects_document
-from riglens.core.figures.evaluated import Evaluated, Evaluator
+from riglens.core.figures.evaluated import Evaluated, EvaluationSettings, Evaluator
 from riglens.core.figures.figure import ALL, CLASSES_AND_ALL
 from riglens.core.figures.objects import ObjectFigure, parts_by_class
 from riglens.core.figures.registry import figure_named, figures, leading_figures, object_figures, registered
@@ -33,6 +36,10 @@ from riglens.core.figures.values import (
 )
 from riglens.core.geometry import Pose
 from riglens.core.metric.scores import PAPER_SETTINGS, MetricSettings
+from riglens.core.optimise.mounts import Additions, candidates, mounted
+from riglens.core.optimise.problem import Problem
+from riglens.core.optimise.run import finished
+from riglens.core.optimise.weights import Weights
 from riglens.core.review.checking import Check, Subject
 from riglens.core.review.measures import Measures
 from riglens.core.review.requirements import requirements_in
@@ -45,6 +52,7 @@ from riglens.core.sweep.table import better_of
 from riglens.core.targets.settings import USUAL
 from riglens.core.targets.traffic import Traffic
 from riglens.evaluation.options import SceneOptions, ScoreOptions
+from riglens.evaluation.search_options import SearchOptions
 from riglens.rendering.picture import Findings, score_rows
 from riglens.reporting.document import document_of
 from riglens.reporting.figures import ReportPlan, report_of
@@ -208,6 +216,34 @@ def test_a_tolerance_spreads_it_with_the_worst_by_its_direction(evaluator: Evalu
 
 def more_of(evaluator: Evaluator) -> float:
     return TWENTY.of(evaluator(RIG, ("objects",)), "car").value
+
+
+def test_a_search_improves_it_without_a_bound(traffic: Traffic, evaluator: Evaluator) -> None:
+    added = Additions(("generic-16",), mirrored=False, spots_m=1.2, tilts_deg=(0.0,))
+    assert "share_20" in get_args(fields_of(("objective",))["objective"].annotation)
+    options = SearchOptions(("generic-16",), objective="share_20", frames=5)
+    cars_alone = Weights({"bicycle": 0.0, "pedestrian": 0.0})
+    problem = replace(options.problem(RIG, traffic, added, held_out=6), weights=cars_alone)
+    found = finished(problem, 1)
+    assert found.bound is None and found.to_dict()["bound"] == {"value": None, "kind": "none", "gap": None}
+    assert "without a bound" in found.sentence() and found.best.guard[0].case == "held-out frames"
+
+    def cars(rig: Rig) -> float:
+        return TWENTY.of(evaluator(rig, ("objects",), 5, settings=settings), "car").value
+
+    settings = EvaluationSettings(targets=problem.settings)
+    tried = [mounted(RIG, [one]) for one in candidates(RIG, added)]
+    assert found.before == pytest.approx(cars(RIG)) and found.best.value == pytest.approx(
+        cars(found.best.rig)
+    )
+    assert found.best.value == pytest.approx(max(cars(rig) for rig in tried))
+    assert found.best.value > found.before
+
+
+def test_a_search_lowers_what_is_better_when_it_is_less(traffic: Traffic) -> None:
+    added = Additions(("generic-16",), mirrored=False, spots_m=1.5, tilts_deg=(0.0,))
+    found = finished(Problem(RIG, traffic, added, "missed", frames=5, held_out=6), 1)
+    assert found.best.value < found.before and found.gain >= 0.0
 
 
 def test_the_page_of_figures_is_made_from_the_registry() -> None:

@@ -22,6 +22,7 @@ from PySide6.QtCore import QObject, Signal
 
 from riglens.app.background.own_process import OwnProcess
 from riglens.core.errors import Cancelled, InputError
+from riglens.core.optimise.objectives import objective_named
 from riglens.core.rig.model import Rig
 from riglens.evaluation.names import label_of
 from riglens.evaluation.options import SceneOptions
@@ -30,7 +31,7 @@ from riglens.evaluation.search_options import SearchOptions
 if TYPE_CHECKING:  # loads the compiler
     from numpy.typing import NDArray
 
-    from riglens.core.optimise.objectives import Problem
+    from riglens.core.optimise.problem import Problem
     from riglens.core.optimise.results import OptimiseResult
     from riglens.core.optimise.run import Progress
     from riglens.core.optimise.skin import SkinGains
@@ -245,13 +246,14 @@ class Server:
 
     def _problem(self, request: ProposalRequest) -> Problem:
         from riglens.core.optimise.mounts import Move
-        from riglens.core.optimise.objectives import OF_VOXELS, Problem
+        from riglens.core.optimise.problem import Problem
         from riglens.evaluation.scenario import load_scenario
 
         traffic, options = self._traffic_of(request.scene), request.options
         if request.work == "improve":
             return Problem(request.rig, traffic, moves=(Move(request.sensor, IMPROVED_WITHIN_M),))
-        voxels = load_scenario(request.scene).field if options.objective in OF_VOXELS else None
+        needs_voxels = objective_named(options.objective).figure.needs == "voxels"
+        voxels = load_scenario(request.scene).field if needs_voxels else None
         return options.problem(request.rig, traffic, voxels=voxels)
 
     def _traffic_of(self, scene: SceneOptions) -> Traffic:

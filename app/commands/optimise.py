@@ -27,12 +27,14 @@ from riglens.app.commands.output import deliver, require_outputs
 from riglens.app.terminal.console import TERMINAL, progress_bar, results
 from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic
 from riglens.core.errors import InputError
+from riglens.core.figures.text import change_text, in_sentence, in_unit, value_text
 from riglens.core.optimise.mounts import Move, moves_of
-from riglens.core.optimise.objectives import OF_VOXELS
+from riglens.core.optimise.objectives import objective_named
 from riglens.core.optimise.results import OptimiseResult, check_folder
 from riglens.core.optimise.run import finished
 from riglens.core.review.mounts import SIDES, MountLimits, Overhang
 from riglens.core.shown_text import visible
+from riglens.core.shown_values import NONE
 from riglens.core.targets.traffic import WITHIN_M, Traffic
 from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.evaluation.search_options import HIGHEST_M, SearchOptions, numbers_of
@@ -42,7 +44,7 @@ ADDED = Group("Added sensors", sort_key=14)
 MOVED = Group("Moved sensors", sort_key=15)
 GOAL = Group("Objective", sort_key=16)
 FRAMES = Group("Frames and checks", sort_key=17)
-_GOALS = ("objective", "weight", "floor", "at_least", "blind_m")
+_GOALS = ("objective", "weight", "blind_m")
 SearchArguments = Annotated[
     SearchOptions,
     all_of(SearchOptions, ADDED, dict.fromkeys(_GOALS, GOAL) | {"frames": FRAMES}),
@@ -61,7 +63,6 @@ def optimise(
     exchange: Annotated[
         tuple[str, ...], Parameter(group=MOVED, metavar="NAME=MODEL", show_default=False)
     ] = (),
-    s_ms: Annotated[bool, Parameter(group=GOAL)] = False,
     within_m: Annotated[float, Parameter(name="--within", group=GOAL, metavar="M")] = WITHIN_M,
     surroundings: Surroundings = None,
     against: Annotated[str | None, Parameter(group=FRAMES, metavar="RIG")] = None,
@@ -92,8 +93,6 @@ def optimise(
         Let a sensor of the rig and its mirror partner go anywhere on the skin, or M metres far; may be repeated.
     exchange
         Let a sensor of the rig be exchanged for a model, in its place unless it may move; may be repeated.
-    s_ms
-        Maximise S-MS instead, the entropy of voxels that rays pass; rigs that are best by it gain little on objects.
     within_m
         Objects count up to this distance from the car.
     against
@@ -123,7 +122,6 @@ def optimise(
     if out is not None:
         check_folder(out)
     scene = scene.surrounded(surroundings)
-    search = search.replace(objective="s_ms") if s_ms else search
     problem = search.problem(
         opened,
         load_traffic(scene, within_m),
@@ -132,7 +130,7 @@ def optimise(
         seed=seed,
         reference=reference,
         moves=moves,
-        voxels=load_scene(scene)[1] if search.objective in OF_VOXELS else None,
+        voxels=load_scene(scene)[1] if objective_named(search.objective).figure.needs == "voxels" else None,
         checks=_other_traffic(scene, check_boxes, within_m),
     )
     if asked is not None:
@@ -205,20 +203,20 @@ def _other_traffic(scene: SceneOptions, more: tuple[Path, ...], within_m: float)
 def print_proposals(found: OptimiseResult) -> None:
     """Print the best proposal, its bound, its checks, and the front if there is one, on standard output."""
     console, problem = results(), found.problem
-    title = problem.goal.title
-    heading = f"{visible(problem.rig.name)}: {title} {found.before:.3f}, proposed {found.best.value:.3f}"
-    where = f" (in the {problem.frames} frames of choice)" if problem.goal.is_guarded else ""
-    console.print(f"{heading}{where}", soft_wrap=True)
+    title = in_sentence(problem.goal.title)
+    before, after = (value_text(found.figure, value) for value in (found.before, found.best.value))
+    where = f" (in the {problem.frames} frames of choice)" if problem.goal.of_objects else ""
+    console.print(
+        Text(f"{visible(problem.rig.name)}: {title} {before}, proposed {after}{where}"), soft_wrap=True
+    )
+    console.print(Text(problem.goal.question), soft_wrap=True)
     console.print(_sensors(found))
     console.print(Text(f"{found.sentence()[0].upper()}{found.sentence()[1:]}."), soft_wrap=True)
-    for line in found.floor_lines():
-        console.print(Text(line))
     if found.unmet is not None:
         missed = ", ".join(found.unmet)
         said = f"Requirements not met by any set tried: {missed}." if missed else "All requirements are met."
         console.print(Text(f"Every mount keeps the limits of mounts. {said}"), soft_wrap=True)
-    other = "" if problem.goal.is_guarded else " on target"
-    console.print(Text(f"Gain over {visible(found.reference.name)}{other}:"), soft_wrap=True)
+    console.print(Text(f"Gain over {visible(found.reference.name)}:"), soft_wrap=True)
     console.print(_checks(found))
     weak = ", ".join(f"{one.case} ({one.share:.0%})" for one in found.best.weak)
     console.print(
@@ -250,19 +248,22 @@ def _checks(found: OptimiseResult) -> Table:
     table.add_column("checked in")
     for name in ("gain", "SE", "kept"):
         table.add_column(name, justify="right")
-    gain = found.best.value - found.reference_value
-    if found.problem.goal.is_guarded:
-        table.add_row("frames of choice", f"{gain:+.4f}", "—", "—")
+    figure = found.figure
+    if found.problem.goal.of_objects:
+        table.add_row("frames of choice", change_text(figure, found.gain), NONE, NONE)
     for one in found.best.guard:
-        table.add_row(one.case, f"{one.gain:+.4f}", f"{one.se:.4f}", f"{one.share:.0%}")
+        error = f"{in_unit(figure, one.se):.2f}" if one.se else NONE
+        table.add_row(one.case, change_text(figure, one.gain), error, f"{one.share:.0%}")
     return table
 
 
 def _front(found: OptimiseResult) -> Table:
     table = Table(box=box.SIMPLE_HEAD)
-    for name in ("proposal", found.problem.goal.title, "unseen [m²]", "cost"):
+    for name in ("proposal", in_sentence(found.problem.goal.title), "unseen [m²]", "cost"):
         table.add_column(name, justify="right")
     for place in found.front:
         one = found.proposals[place]
-        table.add_row(str(place + 1), f"{one.value:.4f}", f"{one.blind_m2:.1f}", f"{one.cost:g}")
+        table.add_row(
+            str(place + 1), value_text(found.figure, one.value), f"{one.blind_m2:.1f}", f"{one.cost:g}"
+        )
     return table

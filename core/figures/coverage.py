@@ -17,9 +17,11 @@ if TYPE_CHECKING:  # loads the compiler
 @dataclass(frozen=True, kw_only=True)
 class VoxelFigure(Figure):
     """A figure of the voxels that sensors cover: `value` of the scores of a class. Shares of all classes together are
-    weighted by their entropy, entropies are added up."""
+    weighted by their entropy, entropies are added up. covered_by: where it is the share of entropy that sensors cover,
+    their kinds, empty for any; such a figure can be the objective of a search."""
 
     value: Callable[[ClassScores], float]
+    covered_by: tuple[str, ...] | None = None
 
     @property
     def needs(self) -> Need:
@@ -54,6 +56,7 @@ SEEN = VoxelFigure(
     leads=True,
     place="any.seen",
     value=lambda scores: scores.any_seen,
+    covered_by=(),
 )
 S_MS = VoxelFigure(
     key="s_ms",
@@ -75,6 +78,7 @@ def seen_by(kind: AnyKind) -> VoxelFigure:
         question=f"Share of the class's entropy H(Ω) that enabled {kind.plural} cover.",
         place=f"{kind.name}.seen",
         value=lambda scores: scores.kinds[kind.name].seen,
+        covered_by=(kind.name,),
     )
 
 

@@ -26,9 +26,9 @@ _SLACK = 1e-9
 
 @dataclass(frozen=True)
 class Bound:
-    """No allowed set is worth more than `value`; "proven": the set that was found is worth as much."""
+    """No allowed set is better than `value`; "proven": the set that was found is as good."""
 
-    value: int
+    value: float
     kind: Literal["cuts", "proven"]
 
 

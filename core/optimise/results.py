@@ -1,4 +1,4 @@
-"""The result of a search for rigs, as data and as files."""
+"""Define the result of a search for rigs, as data and as files."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ import csv
 import io
 import math
 import os
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from riglens.core.errors import InputError
+from riglens.core.figures.figure import Figure
 from riglens.core.files import atomic_write
 from riglens.core.optimise.bounds import Bound
-from riglens.core.optimise.guard import GuardResult, Verdict, verdict, weak_cases
+from riglens.core.optimise.guard import KEPT, GuardResult, Verdict, verdict
 from riglens.core.optimise.mounts import Candidate
-from riglens.core.optimise.objectives import Problem
-from riglens.core.optimise.tables import UNIT
+from riglens.core.optimise.problem import Problem
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.file import new_rig_file
 from riglens.core.shown_text import spreadsheet_cell
@@ -27,14 +27,15 @@ TABLE = "proposals.csv"
 
 @dataclass(frozen=True)
 class Proposal:
-    """A rig with candidates added or moved: value in the frames of choice, blind area if requested, the guard's
-    cases."""
+    """A rig with candidates added or moved: its figure in the frames of choice, blind area if requested, the guard's
+    cases and what they say."""
 
     rig: Rig
     added: tuple[Candidate, ...]
     value: float
     blind_m2: float | None = None
     guard: tuple[GuardResult, ...] = ()
+    verdict: Verdict = "not checked"
 
     @property
     def cost(self) -> float:
@@ -42,14 +43,9 @@ class Proposal:
         return math.fsum(one.cost for one in self.added)
 
     @property
-    def verdict(self) -> Verdict:
-        """Return whether the gain over the reference is one."""
-        return verdict(self.guard)
-
-    @property
     def weak(self) -> tuple[GuardResult, ...]:
         """Cases that keep less than half of the gain."""
-        return weak_cases(self.guard)
+        return tuple(one for one in self.guard if one.share < KEPT)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the proposal as plain data, by the names of the JSON."""
@@ -68,30 +64,13 @@ class Proposal:
 
 
 @dataclass(frozen=True)
-class CostStep:
-    """The best rig found with a number of additions, and its value in the frames of choice."""
-
-    count: int
-    value: float
-    rig: Rig
-
-
-@dataclass(frozen=True)
-class Cheapest:
-    """Least cost at which a set reaches a value; whether it is proven that no cheaper one does."""
-
-    value: float
-    cost: float
-    is_proven: bool
-
-
-@dataclass(frozen=True)
 class OptimiseResult:
-    """Proposals, the best first, then those of the front; no allowed set exceeds `bound` in the frames of choice.
+    """Proposals, the best first, then those of the front; no allowed set is better than `bound` in the frames of
+    choice, None where nothing bounds the figure.
 
-    before, reference_value: values of the rig itself and of the one that gains refer to, in the same frames. stairs: by
-    number of additions, from none on. floors: the best proposal's value by class; unmet: the
-    requirements that it does not meet, None without requirements.
+    All values are those of the objective's figure, in its unit. before, reference_value: of the rig itself and of the
+    one that gains refer to, in the same frames. unmet: the requirements that the best proposal does not meet, None
+    without requirements.
     """
 
     problem: Problem
@@ -100,30 +79,45 @@ class OptimiseResult:
     before_blind_m2: float | None
     reference: Rig
     reference_value: float
-    bound: Bound
+    bound: Bound | None
     proposals: tuple[Proposal, ...]
     front: tuple[int, ...] = ()
-    stairs: tuple[CostStep, ...] = ()
-    floors: Mapping[str, float] = field(default_factory=dict)
     unmet: tuple[str, ...] | None = None
-    cheapest: Cheapest | None = None
 
     @property
     def best(self) -> Proposal:
-        """The proposal with the largest value."""
+        """The proposal with the best value."""
         return self.proposals[0]
 
     @property
-    def bound_value(self) -> float:
-        """The bound as a value."""
-        return (
-            self.best.value if self.bound.kind == "proven" else max(self.best.value, self.bound.value / UNIT)
-        )
+    def figure(self) -> Figure:
+        """The figure that was to improve."""
+        return self.problem.goal.figure
 
     @property
-    def gap(self) -> float:
-        """Return the largest share by which the best proposal could be beaten."""
+    def gain(self) -> float:
+        """Return by how much the best proposal is better than the reference, in the frames of choice."""
+        return self.problem.goal.sign * (self.best.value - self.reference_value)
+
+    @property
+    def bound_value(self) -> float | None:
+        """The bound as a value."""
+        if self.bound is None or self.bound.kind == "proven":
+            return None if self.bound is None else self.best.value
+        better: Callable[[float, float], float] = min if self.problem.goal.sign < 0.0 else max
+        return better(self.best.value, self.bound.value)
+
+    @property
+    def gap(self) -> float | None:
+        """Return the largest share by which the best proposal could be beaten: negative where less is better."""
+        if self.bound_value is None:
+            return None
         return self.bound_value / self.best.value - 1.0 if self.best.value > 0.0 else 0.0
+
+    def checked(self, guard: tuple[GuardResult, ...]) -> OptimiseResult:
+        """Return the result with cases of the guard of its best proposal."""
+        best = replace(self.best, guard=guard, verdict=verdict(guard, self.figure.resolved))
+        return replace(self, proposals=(best, *self.proposals[1:]))
 
     def sentence(self) -> str:
         """Return the bound as one sentence."""
@@ -135,28 +129,17 @@ class OptimiseResult:
             moved = " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
             some = f"{some} with another mount of {moved}" if count else f"other mount of {moved}"
         where = f"on these {self.candidates} mounts"
-        if self.floors:
-            where += " that keeps the floors"
-        if self.cheapest is not None:
-            said = (
-                "none cheaper reaches" if self.cheapest.is_proven else "none cheaper was found that reaches"
-            )
-            where += f" at a cost of {self.cheapest.cost:g} ({said} {self.cheapest.value:g})"
+        frames = f" in these {self.problem.frames} frames" if self.problem.goal.of_objects else ""
+        if self.bound is None or self.gap is None:
+            return f"the best {some} that was found {where}, without a bound on others{frames}"
         if self.bound.kind == "proven":
-            return f"no {some} {where} is better in these {self.problem.frames} frames (proven)"
-        gap = math.ceil(self.gap * 1000.0) / 10.0
-        return f"no {some} {where} is better by more than {gap:.1f} % in these {self.problem.frames} frames"
-
-    def floor_lines(self) -> list[str]:
-        """Return whether the best proposal keeps each floor, as sentences."""
-        floors = self.problem.floors.items()
-        kept = {name: "keeps" if self.floors[name] >= floor - 1e-9 else "misses" for name, floor in floors}
-        return [
-            f"{name}: {self.floors[name]:.3f}, {kept[name]} the floor of {floor:g}." for name, floor in floors
-        ]
+            return f"no {some} {where} is better{frames} (proven)"
+        gap = math.ceil(abs(self.gap) * 1000.0) / 10.0
+        return f"no {some} {where} is better by more than {gap:.1f} %{frames}"
 
     def to_dict(self) -> dict[str, Any]:
         """Return the result as plain data, by the names of the JSON."""
+        kind = "none" if self.bound is None else self.bound.kind
         return {
             "riglens": 1,
             "objective": self.problem.objective,
@@ -166,45 +149,36 @@ class OptimiseResult:
             "frames": self.problem.frames,
             "held_out": self.problem.held_out,
             "seed": self.problem.seed,
-            "bound": {"value": self.bound_value, "kind": self.bound.kind, "gap": self.gap},
+            "bound": {"value": self.bound_value, "kind": kind, "gap": self.gap},
             "proposals": [one.to_dict() for one in self.proposals],
             "front": [
                 {"value": self.proposals[n].value, "blind_m2": self.proposals[n].blind_m2, "proposal": n}
                 for n in self.front
             ],
-            "floors": {
-                name: {"floor": floor, "value": self.floors[name]}
-                for name, floor in self.problem.floors.items()
-            },
             "unmet": None if self.unmet is None else list(self.unmet),
-            "cheapest": None if self.cheapest is None else vars(self.cheapest),
-            "stairs": [{"count": one.count, "value": one.value} for one in self.stairs],
         }
 
     def save(self, folder: str | os.PathLike[str]) -> tuple[Path, ...]:
         """Write the proposals as rig files, and their figures as CSV; return the files."""
-        return save_proposals(self.proposals, folder)
-
-
-def save_proposals(proposals: Sequence[Proposal], folder: str | os.PathLike[str]) -> tuple[Path, ...]:
-    """Write proposals as rig files, and their figures as CSV; return the files."""
-    path = Path(folder)
-    check_folder(path)
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{path} cannot be made ({error.strerror})", "out") from error
-    files = [path / f"proposal-{number}.yaml" for number in range(1, len(proposals) + 1)]
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(["file", "name", "on_target", "blind_m2", "cost", "verdict"])
-    for file, one in zip(files, proposals, strict=True):
-        new_rig_file(one.rig).save(file)
-        blind = "" if one.blind_m2 is None else one.blind_m2
-        table.writerow([file.name, spreadsheet_cell(one.rig.name), one.value, blind, one.cost, one.verdict])
-    with atomic_write(path / TABLE, "w") as stream:
-        stream.write(text.getvalue())
-    return (*files, path / TABLE)
+        path = Path(folder)
+        check_folder(path)
+        try:
+            path.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(f"{path} cannot be made ({error.strerror})", "out") from error
+        files = [path / f"proposal-{number}.yaml" for number in range(1, len(self.proposals) + 1)]
+        text = io.StringIO()
+        table = csv.writer(text, lineterminator="\n")
+        table.writerow(["file", "name", "value", "blind_m2", "cost", "verdict"])
+        for file, one in zip(files, self.proposals, strict=True):
+            new_rig_file(one.rig).save(file)
+            blind = "" if one.blind_m2 is None else one.blind_m2
+            table.writerow(
+                [file.name, spreadsheet_cell(one.rig.name), one.value, blind, one.cost, one.verdict]
+            )
+        with atomic_write(path / TABLE, "w") as stream:
+            stream.write(text.getvalue())
+        return (*files, path / TABLE)
 
 
 def check_folder(folder: str | os.PathLike[str]) -> None:

@@ -103,19 +103,18 @@ def search(f: SetFunction, limits: Limits, stays: Sequence[int] = ()) -> Generat
 class AtLeast:
     """A function that counts after a second one, in whole units such as columns, has reached a level."""
 
-    def __init__(self, first: SetFunction, second: SetFunction, level: int, factor: int = UNIT) -> None:
+    def __init__(self, first: SetFunction, second: SetFunction, level: int) -> None:
         self._first, self._second, self._level, self.size = first, second, level, first.size
-        self._factor = factor
 
     def value(self, chosen: Sequence[int]) -> int:
         """Return the value of a set."""
-        return self._first.value(chosen) + self._factor * min(self._second.value(chosen), self._level)
+        return self._first.value(chosen) + UNIT * min(self._second.value(chosen), self._level)
 
     def gains(self, chosen: Sequence[int], ids: Ids) -> Ids:
         """Return what each of some candidates adds to a set."""
         before = self._second.value(chosen)
         after = np.minimum(before + self._second.gains(chosen, ids), self._level)
-        return np.asarray(self._first.gains(chosen, ids) + self._factor * (after - min(before, self._level)))
+        return np.asarray(self._first.gains(chosen, ids) + UNIT * (after - min(before, self._level)))
 
 
 def front(

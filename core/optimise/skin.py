@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.errors import IsStale, never_stale
+from riglens.core.optimise.makers import TableMaker
 from riglens.core.optimise.mounts import Candidate
-from riglens.core.optimise.objectives import Objective, sensors_for
-from riglens.core.optimise.tables import UNIT, Cells, TableMaker
+from riglens.core.optimise.objectives import Objective
+from riglens.core.optimise.tables import Cells
 from riglens.core.rig.model import Rig, Sensor
 
 Doubles = NDArray[np.float64]
@@ -40,15 +41,15 @@ class SkinGains:
         self.normals = np.concatenate([normals * side for side in both])
 
     def gains(self, rig: Rig, is_stale: IsStale = never_stale) -> Doubles:
-        """Return what each candidate would add to the rig's enabled sensors, (n,)."""
-        own = sensors_for(self._goal, rig)
+        """Return by how much each candidate would improve the rig, (n,), in the unit of the figure."""
+        own = self._goal.sensors_of(rig)
         self._held = {one: self._held.get(one, _UNKNOWN) for one in own}
         for one, cells in self._held.items():
             if cells is _UNKNOWN:
                 self._held[one] = self._maker.cells_of([one], is_stale)
         base = np.unique(np.concatenate([np.zeros(0, np.int32), *self._held.values()]))
         state = self._table.given(base, self._maker.known(base))
-        return self._table.gains_in(state, np.arange(self._table.size)) / UNIT
+        return self._maker.shown_gains(self._table.gains_in(state, np.arange(self._table.size)))
 
     def by_spot(self, gains: Doubles) -> Doubles:
         """Return the best gain at each spot, (m,)."""

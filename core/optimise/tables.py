@@ -2,46 +2,26 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections import deque
-from collections.abc import Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Sequence
 from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise, takewhile
-from threading import Event
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.blind.zones import BlindEngine
-from riglens.core.errors import Cancelled, IsStale, never_stale
-from riglens.core.kernels.objects.counts import CELLS
-from riglens.core.kernels.objects.unique_cells import CELL_M
 from riglens.core.kernels.optimise import gains as kernel
-from riglens.core.optimise.weights import Weights
-from riglens.core.rig.model import Rig, Sensor
-from riglens.core.scene.boxes import CLASSES
-from riglens.core.sensing.body_ends import barrier_of
-from riglens.core.targets.contribution import Contribution, TargetCaster
-from riglens.core.targets.settings import CELLS_SCALE, TargetSettings
-from riglens.core.targets.traffic import Traffic
-from riglens.core.vehicle.solid import Solid
 
 Ids = NDArray[np.int64]
 Cells = NDArray[np.int32]
 Doubles = NDArray[np.float64]
 UNIT = 1 << 44
 """Integers for a value of 1: rounding stays far below the printed digits."""
-MOST_CELLS = 256
-"""More cells of one object add less than half an integer."""
 _FEW = 32
 """Gains that one thread finds sooner than several."""
 _MOST_PAIR_WORDS = 1e10
 """Words of cells compared for all pairs of candidates, at most: some seconds."""
-_HALF_CELLS = 1 << 20
-"""Index at which `kernels.objects.unique_cells` packs cell 0."""
 
 
 @dataclass
@@ -203,214 +183,43 @@ def _hull(worth: Ids) -> Ids:
     return np.concatenate([worth[:1], worth[0] + np.cumsum(np.sort(np.array(steps, np.int64))[::-1])])
 
 
-class TableMaker(ABC):
-    """Maker of tables from what sensors cover, numbered below `size`: row (objects,) and worth as there."""
+class WorstFailure:
+    """Value of a set with the one sensor failed that it misses most. It is not submodular: greedy choice and bounds of
+    such functions do not hold for it.
 
-    def __init__(self, size: int, row: NDArray[np.uint8], worth: Ids, workers: int) -> None:
-        self.size, self._row, self._worth, self._workers = size, row, worth, workers
-
-    @abstractmethod
-    def cells_of(self, sensors: Sequence[Sensor], is_stale: IsStale = never_stale) -> Cells:
-        """Return the numbers that sensors cover, each once, rising; raise Cancelled as soon as `is_stale`."""
-
-    def each(self, sets: Sequence[Sequence[Sensor]], is_stale: IsStale = never_stale) -> Iterator[Cells]:
-        """Yield the numbers that each of some sets of sensors covers, in order."""
-        return (self.cells_of(sensors, is_stale) for sensors in sets)
-
-    def owners_of(self, numbers: Cells | Ids) -> Cells:
-        """Return the objects of rising numbers: these themselves, where each object has one cell."""
-        return np.asarray(numbers, np.int32)
-
-    def known(self, base: Cells) -> Cells:
-        """Return how many of some numbers each object has, (objects,)."""
-        return np.bincount(self.owners_of(base), minlength=len(self._row)).astype(np.int32)
-
-    def value(self, cells: Cells) -> int:
-        """Return the value of sensors that cover these numbers."""
-        most = self._worth.shape[1] - 1
-        return int(self._worth[self._row, np.minimum(self.known(cells), most)].sum())
-
-    def table(self, base: Cells, cells: Sequence[Cells]) -> CoverTable:
-        """Return the table of candidates, without what sensors of the rig cover."""
-        used = np.zeros(self.size, np.bool_)
-        for one in cells:
-            used[one] = True
-        used[base] = False
-        place = np.cumsum(used, dtype=np.int32) - 1
-        numbers = np.flatnonzero(used).astype(np.int32)
-        kept = [place[one[used[one]]] for one in cells]
-        owner = self.owners_of(numbers)
-        return CoverTable(kept, owner, self.known(base), self._row, self._worth, self._workers, numbers)
-
-
-class CellSpace:
-    """Numbers for the cells of the objects that count in the first `frames` frames: a block of cells around each."""
-
-    def __init__(self, traffic: Traffic, frames: int) -> None:
-        self.box = np.flatnonzero(traffic.counts[: traffic.starts[frames]])
-        reach = np.floor(traffic.size_m[self.box] / 2.0 / CELL_M).astype(np.int64) + 2
-        self._low, self._span = _HALF_CELLS - reach, 2 * reach
-        self.base = np.concatenate([[0], np.cumsum(self._span.prod(axis=1))])
-
-    @property
-    def size(self) -> int:
-        """Numbers in all."""
-        return int(self.base[-1])
-
-    def numbers(self, one: Contribution) -> Cells:
-        """Return the numbers of the cells that a sensor hits, each once."""
-        count = len(self.box)
-        found = np.empty(int(one.found[CELLS].sum()), np.int32)
-        inside = kernel.number_cells(
-            one.cell_starts[:count], one.found[CELLS], one.cells, self.base, self._low, self._span, found
-        )
-        if not inside:
-            raise ValueError("a cell lies outside of its object's block")
-        return found
-
-
-Worth = tuple[NDArray[np.uint8], Ids]
-"""Rows of objects (k,), and the worth by number of cells, (rows, most + 1)."""
-
-
-def worth_of(shares: Doubles, cls: NDArray[np.uint8], ring: Doubles, weights: Weights) -> Worth:
-    """Return the worth of objects of classes (k,), weighed by distance (k,), by their shares (classes, most + 1) of a
-    number of cells: the mean over the classes that occur of the weighed mean of their objects.
-
-    Steps are rounded, not sums, so that they never rise where those of the shares do not.
-    """
-    total = np.bincount(cls, ring, len(CLASSES))
-    by_class = weights.by_class
-    there = float(by_class[total > 0.0].sum()) or 1.0
-    levels, level = np.unique(ring, return_inverse=True)
-    steps = np.diff(shares, axis=1) / np.where(total > 0.0, total, 1.0)[:, None] / there * UNIT
-    steps = np.concatenate([steps * by_class[:, None] * one for one in levels] or [steps[:0]])
-    sums = np.cumsum(np.round(steps).astype(np.int64), axis=1)
-    row = (level * len(CLASSES) + cls).astype(np.uint8)
-    return row, np.concatenate([np.zeros((len(steps), 1), np.int64), sums], axis=1)
-
-
-def hit_shares() -> Doubles:
-    """Return 1 - exp(-cells / 5) of numbers of cells, the same for all classes, (classes, most + 1)."""
-    return np.tile(1.0 - np.exp(-np.arange(MOST_CELLS + 1) / CELLS_SCALE), (len(CLASSES), 1))
-
-
-class ObjectTableMaker(TableMaker):
-    """Table maker that casts LiDARs or cameras into traffic and finds what they cover of the objects in its first
-    frames that count.
-
-    shares: worth of an object by class and number of cells, (classes, most + 1); which: the objects that count here, of
-    those that count in the traffic.
+    table: of candidates, then of each of their sensors by itself, then of the rig's own; alone: places of a
+    candidate's sensors; own: those of the rig's.
     """
 
-    def __init__(
-        self,
-        traffic: Traffic,
-        frames: int,
-        settings: TargetSettings,
-        solid: Solid | None,
-        workers: int,
-        weights: Weights,
-        shares: Doubles,
-        which: NDArray[np.bool_] | None = None,
-    ) -> None:
-        self._traffic, self._frames, self._solid = traffic, frames, solid
-        self._settings = replace(settings, min_points=1)
-        self._caster, self._serial = TargetCaster(traffic, workers), TargetCaster(traffic)
-        box = np.flatnonzero(traffic.counts[: traffic.starts[frames]])
-        ring = weights.at(traffic.distance_m[box])
-        if which is not None:
-            ring = np.where(which, ring, 0.0)
-        self._objects = shares, traffic.cls[box], ring
-        super().__init__(self._numbers(), *worth_of(*self._objects, weights), workers)
+    def __init__(self, table: CoverTable, alone: Sequence[Sequence[int]], own: Sequence[int]) -> None:
+        self._table, self._alone, self._own, self.size = table, alone, list(own), len(alone)
 
-    @abstractmethod
-    def _numbers(self) -> int:
-        """Return how many numbers there are."""
+    def _left(self, chosen: Sequence[int]) -> list[list[int]]:
+        """Return what is left by each failure."""
+        every = [*self._own, *chosen]
+        left = [[one for one in every if one != own] for own in self._own]
+        for one in chosen:
+            others = [*self._own, *(other for other in chosen if other != one)]
+            left += [[*others, *(s for s in self._alone[one] if s != lost)] for lost in self._alone[one]]
+        return left
 
-    @abstractmethod
-    def _covered(self, sensor: Sensor, one: Contribution) -> Cells:
-        """Return the numbers that a sensor covers by its hits, each once."""
+    def value(self, chosen: Sequence[int]) -> int:
+        """Return the value of a set."""
+        return min((self._table.value(left) for left in self._left(chosen)), default=0)
 
-    def worth_of_class(self, name: str) -> Ids:
-        """Return the worth where only objects of one class count."""
-        return worth_of(*self._objects, Weights({other: float(other == name) for other in CLASSES}))[1]
-
-    def cells_of(self, sensors: Sequence[Sensor], is_stale: IsStale = never_stale) -> Cells:
-        """Return the numbers that sensors cover."""
-        return self._cast(self._caster, sensors, is_stale)
-
-    def each(self, sets: Sequence[Sequence[Sensor]], is_stale: IsStale = never_stale) -> Iterator[Cells]:
-        """Yield the numbers that each of some sets covers, in order.
-
-        Each sensor is cast by one thread, several at a time: threads that share the few rays of one gain little.
-        """
-        is_over, waiting = Event(), deque[Future[Cells]]()
-        with ThreadPoolExecutor(self._workers) as pool:
-            try:
-                for sensors in sets:
-                    waiting.append(pool.submit(self._cast, self._serial, sensors, is_over.is_set))
-                    if len(waiting) > self._workers:
-                        yield waiting.popleft().result()
-                    if is_stale():
-                        raise Cancelled
-                while waiting:
-                    yield waiting.popleft().result()
-            finally:
-                is_over.set()
-
-    def _cast(self, caster: TargetCaster, sensors: Sequence[Sensor], is_stale: IsStale) -> Cells:
-        found = [np.zeros(0, np.int32)]
-        for sensor in sensors:
-            barrier = None if self._solid is None else barrier_of(sensor, self._solid)
-            one = caster.cast(sensor, self._settings, barrier, (0, self._frames), is_stale)
-            if one is None:
-                raise Cancelled
-            found.append(np.sort(self._covered(sensor, one)))
-        return found[1] if len(found) == 2 else np.unique(np.concatenate(found))
-
-
-class HitTableMaker(ObjectTableMaker):
-    """Table maker that finds the cells that LiDARs hit on objects."""
-
-    def _numbers(self) -> int:
-        self._space = CellSpace(self._traffic, self._frames)
-        return self._space.size
-
-    def _covered(self, sensor: Sensor, one: Contribution) -> Cells:
-        return self._space.numbers(one)
-
-    def owners_of(self, numbers: Cells | Ids) -> Cells:
-        """Return the objects of cells."""
-        return np.searchsorted(self._space.base, numbers, side="right").astype(np.int32) - 1
-
-
-class GroundTableMaker(TableMaker):
-    """Table maker that finds the ground next to the car that sensors cover: columns where any sees an object of a
-    height. All of it is one object, each column worth 1; as a share, all of them together."""
-
-    def __init__(
-        self, rig: Rig, engine: BlindEngine, height_m: float, workers: int = 1, is_share: bool = False
-    ) -> None:
-        self._rig, self._engine, self._height_m = rig, engine, height_m
-        self._counts = engine.ground.counts
-        columns = int(self._counts.sum())
-        worth = np.arange(columns + 1, dtype=np.int64)[None] * (UNIT // columns if is_share else 1)
-        super().__init__(self._counts.size, np.zeros(1, np.uint8), worth, workers)
-        self.column_m2 = engine.grid.voxel_m**2
-
-    def blind_m2(self, base: Cells) -> float:
-        """Return the area that columns leave unseen."""
-        return float((int(self._counts.sum()) - len(base)) * self.column_m2)
-
-    def cells_of(self, sensors: Sequence[Sensor], is_stale: IsStale = never_stale) -> Cells:
-        """Return the numbers of the columns that sensors see."""
-        if is_stale():
-            raise Cancelled
-        alone = self._rig.model_copy(update={"sensors": tuple(sensors)})
-        seen = self._counts & ~self._engine.evaluate(alone).unseen(self._height_m)
-        return np.flatnonzero(seen).astype(np.int32)
-
-    def owners_of(self, numbers: Cells | Ids) -> Cells:
-        """Return the one object."""
-        return np.zeros(len(numbers), np.int32)
+    def gains(self, chosen: Sequence[int], ids: Ids) -> Ids:
+        """Return what each of some candidates adds to a set."""
+        every = [*self._own, *chosen]
+        worst = np.full(len(ids), np.iinfo(np.int64).max)
+        for left in self._left(chosen):
+            worst = np.minimum(worst, self._table.value(left) + self._table.gains(left, ids))
+        value = self._table.value(every)
+        for place in range(2):  # one of the sensors that join fails
+            others = [[s for s in self._alone[one] if s != self._alone[one][-1 - place :][0]] for one in ids]
+            has = np.array([bool(some) for some in others], np.bool_)
+            found = np.full(len(ids), value, np.int64)
+            if has.any():
+                joins = np.array([some[0] for some in others if some], np.int64)
+                found[has] += self._table.gains(every, joins)
+            worst = np.minimum(worst, found)
+        return worst - self.value(chosen)

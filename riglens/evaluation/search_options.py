@@ -5,33 +5,24 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 from riglens.core.errors import InputError
+from riglens.core.optimise.objectives import objective_named, objectives
 from riglens.core.optimise.weights import Weights
 from riglens.core.option_help import OptionHelp
 
 if TYPE_CHECKING:  # loads the compiler
     from riglens.core.optimise.mounts import Additions
-    from riglens.core.optimise.objectives import Problem
+    from riglens.core.optimise.problem import Problem
     from riglens.core.review.mounts import MountLimits
     from riglens.core.rig.model import Rig
     from riglens.core.targets.traffic import Traffic
 
-OBJECTIVES = {
-    "on_target": "On target",
-    "predicted": "Predicted AP",
-    "worst_failure": "Worst single failure",
-    "seen": "Entropy seen",
-    "blind": "Near ground seen",
-    "cameras": "Objects ≥ 25 px",
-    "s_ms": "S-MS",
-}
-"""Titles of the objectives."""
 HIGHEST_M = 100.0
 _FIELDS = {"height_m": "lowest_m", "spacing_m": "spacing_m", "beyond_m": "beyond_m"}
 """Options of the rules of mounts."""
-_METAVARS = {"cost": "MODEL=COST", "weight": "WHAT=W", "floor": "CLASS=VALUE", "move": "NAME or NAME=M"}
+_METAVARS = {"cost": "MODEL=COST", "weight": "WHAT=W", "move": "NAME or NAME=M"}
 
 
 @dataclass(frozen=True)
@@ -61,13 +52,10 @@ class SearchOptions:
         OptionHelp("M", "Largest overhang of housings over the car's outline at front, rear and sides."),
     ] = None
     objective: Annotated[
-        Literal["on_target", "predicted", "worst_failure", "seen", "blind", "cameras", "s_ms"],
+        str,
         OptionHelp(
-            "NAME",
-            "Figure to maximise: on_target (mean over classes), predicted (detection by the calibration that ships), "
-            "worst_failure (on target with any one LiDAR failed), seen (entropy of voxels seen by LiDARs), blind "
-            "(ground where a low object is seen), cameras (objects of 25 px or more).",
-            OBJECTIVES,
+            "FIGURE",
+            f"Figure to improve, one of docs/figures.md or a figure of searches alone: {', '.join(objectives())}.",
         ),
     ] = "on_target"
     weight: Annotated[
@@ -77,20 +65,6 @@ class SearchOptions:
             "Weight of a class (pedestrian=2) or of a ring in metres (0-20=3); may be repeated (1).",
         ),
     ] = ()
-    floor: Annotated[
-        tuple[str, ...],
-        OptionHelp(
-            "CLASS=VALUE",
-            "Least value of the objective for a class, before anything else (pedestrian=0.5); may be repeated.",
-        ),
-    ] = ()
-    at_least: Annotated[
-        float | None,
-        OptionHelp(
-            "VALUE",
-            "Value of the objective to reach: propose the cheapest set that does, the best at that cost.",
-        ),
-    ] = None
     blind_m: Annotated[
         float | None,
         OptionHelp(
@@ -103,8 +77,8 @@ class SearchOptions:
     ] = 100
 
     def __post_init__(self) -> None:
+        objective_named(self.objective)
         numbers_of("cost", self.cost)
-        numbers_of("floor", self.floor)
         self.weights()
 
     def replace(self, **changes: Any) -> SearchOptions:
@@ -156,7 +130,7 @@ class SearchOptions:
 
     def problem(self, rig: Rig, traffic: Traffic, additions: Additions | None = None, **more: Any) -> Problem:
         """Return the problem of a rig in traffic; `more`: its further fields."""
-        from riglens.core.optimise.objectives import Problem
+        from riglens.core.optimise.problem import Problem
 
         return Problem(
             rig,
@@ -166,8 +140,6 @@ class SearchOptions:
             self.frames,
             blind_m=self.blind_m,
             weights=self.weights(),
-            floors=numbers_of("floor", self.floor),
-            at_least=self.at_least,
             **more,
         )
 

@@ -12,12 +12,12 @@ from statistics import median
 import numpy as np
 
 from riglens.core.optimise.bounds import branch_and_bound
+from riglens.core.optimise.makers import HitTableMaker, hit_shares
 from riglens.core.optimise.mounts import Additions, candidates, conflicts, rules_for
-from riglens.core.optimise.objectives import Problem
+from riglens.core.optimise.problem import Problem
 from riglens.core.optimise.run import CASTING, optimise, skin_gains
 from riglens.core.optimise.search import Limits, search
 from riglens.core.optimise.skin import SkinGains
-from riglens.core.optimise.tables import HitTableMaker, hit_shares
 from riglens.core.optimise.weights import EVEN
 from riglens.core.rig.model import Rig
 from riglens.core.rig.presets import preset

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import asdict, replace
-from typing import TYPE_CHECKING, Any, NamedTuple, get_args, get_type_hints
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args, get_type_hints
 
 from pydantic import TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
@@ -28,13 +28,15 @@ from riglens.app.window.features.sensors import follow_marks
 from riglens.app.window.status import TOLD_MS
 from riglens.app.window.workbench import Workbench
 from riglens.core.errors import InputError
+from riglens.core.figures.text import value_text
+from riglens.core.optimise.objectives import Objective, objective_named, objectives
 from riglens.core.rig.library import default_library
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.sensors.lidar import LIDAR
 from riglens.evaluation.names import label_of
 from riglens.evaluation.options import SceneOptions
 from riglens.evaluation.requests import fixed_options
-from riglens.evaluation.search_options import OBJECTIVES, SearchOptions
+from riglens.evaluation.search_options import SearchOptions
 from riglens.widgets.panels.controls.scrolled import scrolled
 from riglens.widgets.panels.propose.panel import ProposePanel
 from riglens.widgets.panels.propose.shown import (
@@ -47,8 +49,6 @@ from riglens.widgets.panels.propose.shown import (
     front_plot,
     offers_of,
     sentence_of,
-    stairs_of,
-    stairs_plot,
     verdict_of,
 )
 from riglens.widgets.timers import Timers, single_shot
@@ -66,8 +66,8 @@ NO_BOXES = "a stored POG holds no objects: load the box data set to search"
 CHANGED = "The rig has been edited since."
 USUAL = SearchOptions(("velodyne-vlp-16",))
 COLUMNS = (
-    ("count", "singles", "budget", "at_least", "blind_m"),
-    ("objective", "cost", "floor", "weight"),
+    ("count", "singles", "budget", "blind_m"),
+    ("objective", "cost", "weight"),
     ("frames", "spots_m", "lowest_m", "spacing_m", "beyond_m"),
 )
 """Options of the panel, side by side."""
@@ -76,9 +76,12 @@ COLUMNS = (
 def fields_of(names: Sequence[str]) -> dict[str, FieldInfo]:
     """Return fields of the options with the words of the window."""
     hints, found = get_type_hints(SearchOptions, include_extras=True), dict[str, FieldInfo]()
+    choices = {"objective": {one.key: one.title for one in objectives().values()}}
     for name in names:
         kind, said = get_args(hints[name])
-        titles: dict[str, Any] | None = {"titles": dict(said.titles)} if said.titles else None
+        titles: dict[str, Any] | None = None
+        if name in choices:
+            kind, titles = Literal[tuple(choices[name])], {"titles": choices[name]}
         found[name] = FieldInfo(
             annotation=kind, title=label_of(name), description=said.help, json_schema_extra=titles
         )
@@ -209,7 +212,11 @@ class Propose(Feature):
     @property
     def objective(self) -> str:
         """Return the title of the figure that the last search maximised."""
-        return OBJECTIVES["on_target" if self._asked is None else self._asked.options.objective]
+        return self._goal.title
+
+    @property
+    def _goal(self) -> Objective:
+        return objective_named("on_target" if self._asked is None else self._asked.options.objective)
 
     def _ask(self, work: SearchWork, options: SearchOptions = SearchOptions(), sensor: str = "") -> None:
         number = self._number + 1
@@ -290,11 +297,14 @@ class Propose(Feature):
                 Offer("", "Now", self._asked.rig),
                 Offer("best", "Best so far", answer.best, answer.value),
             )
-            self.panel.show_offers((now, best))
+            self.panel.show_offers((now, best), self._goal.figure)
             self._keep((now, best))
         if answer.value is not None and answer.bound is not None:
-            values = f"{self.objective} {answer.value:.3f} so far"
-            self.panel.show_sentence(f"{values}; no allowed set is above {answer.bound:.3f} in these frames.")
+            figure = self._goal.figure
+            values = f"{self.objective} {value_text(figure, answer.value)} so far"
+            beyond = f"{'below' if figure.better == 'less' else 'above'} {value_text(figure, answer.bound)}"
+            where = " in these frames" if self._goal.of_objects else ""
+            self.panel.show_sentence(f"{values}; no allowed set is {beyond}{where}.")
 
     def _fail(self, line: str) -> None:
         self.begun.emit()
@@ -321,8 +331,8 @@ class Propose(Feature):
         """Show the result, or that there is none."""
         found, panel = self.result, self.panel
         rows = [] if found is None else offers_of(found)
-        panel.show_offers(rows)
-        self._keep([*rows, *([] if found is None else stairs_of(found))])
+        panel.show_offers(rows, self._goal.figure)
+        self._keep(rows)
         self._show_plots()
         panel.show_checks(*check_cells(found), "" if found is None else verdict_of(found))
         self._show_sentence()
@@ -331,8 +341,6 @@ class Propose(Feature):
     def _show_plots(self) -> None:
         """Show the charts that belong to what was asked for."""
         plots, asked = [bracket_plot(self._history)], self._asked
-        if asked is None or asked.work == "add":
-            plots.append(stairs_plot(self.result))
         if asked is not None and asked.options.blind_m is not None:
             plots.append(front_plot(self.result))
         self.panel.show_plots(plots)

@@ -6,11 +6,12 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.optimise.objectives import Problem
+from riglens.core.optimise.makers import hit_shares, worth_of
+from riglens.core.optimise.problem import Problem
 from riglens.core.optimise.results import OptimiseResult
 from riglens.core.optimise.run import optimise
 from riglens.core.optimise.search import Limits
-from riglens.core.optimise.tables import CoverTable, hit_shares, worth_of
+from riglens.core.optimise.tables import CoverTable
 from riglens.core.optimise.weights import EVEN
 
 T = TypeVar("T")

@@ -5,7 +5,8 @@ import pytest
 
 from riglens.core.blind.zones import BlindEngine, BlindSettings
 from riglens.core.errors import Cancelled, never_stale
-from riglens.core.optimise.tables import UNIT, GroundTableMaker, HitTableMaker, hit_shares
+from riglens.core.optimise.makers import GroundTableMaker, HitTableMaker, hit_shares
+from riglens.core.optimise.tables import UNIT
 from riglens.core.optimise.weights import EVEN
 from riglens.core.rig.model import Lidar, LinearAngles, Rig, Vehicle
 from riglens.core.targets.engine import TargetEngine
@@ -99,11 +100,11 @@ def test_ground_that_a_set_sees_is_what_it_takes_from_the_blind_map() -> None:
     rig = Rig(vehicle=Vehicle(), sensors=(lidar("front", 2.0, 0.0),))
     added = [(lidar("left", 0.0, 1.0), lidar("right", 0.0, -1.0)), (lidar("rear", -2.2, 0.0),)]
     settings = BlindSettings(voxel_m=0.25, within_m=5.0)
-    maker = GroundTableMaker(rig, BlindEngine(rig.vehicle, settings), 0.3)
+    maker = GroundTableMaker(rig, 0.3, settings=settings)
     base = maker.cells_of(rig.sensors)
     table = maker.table(base, [maker.cells_of(sensors) for sensors in added])
     for chosen in ([], [0], [1], [0, 1]):
         whole = rig.replace(sensors=(*rig.sensors, *(s for one in chosen for s in added[one])))
         unseen = float(BlindEngine(rig.vehicle, settings).evaluate(whole).area_m2(0.3).sum())
-        assert maker.blind_m2(np.arange(table.value(chosen))) == pytest.approx(unseen)
+        assert maker.shown(table.value(chosen)) == pytest.approx(unseen)
     assert table.value([0, 1]) > table.value([0]) > 0

@@ -19,6 +19,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from riglens.core.figures.figure import Figure
+from riglens.core.figures.hits import ON_TARGET
 from riglens.core.rig.library import default_library
 from riglens.core.sensors.registry import kinds
 from riglens.widgets.panels.controls.building import button, filled
@@ -84,7 +86,7 @@ class ProposePanel(QWidget):
         filled(QVBoxLayout(self), head, body, 1, margins=(MARGIN, SPACING, MARGIN, SPACING), spacing=SPACING)
         self.show_options(options)
         self.show_state("idle")
-        self.show_offers(())
+        self.show_offers((), ON_TARGET)
         self.show_checks([], [], "")
         self.select("")
 
@@ -230,10 +232,10 @@ class ProposePanel(QWidget):
         """Show these charts."""
         self.plots.show_plots(plots)
 
-    def show_offers(self, offers: Sequence[Offer]) -> None:
-        """Show the rows of the table."""
+    def show_offers(self, offers: Sequence[Offer], figure: Figure) -> None:
+        """Show the rows of the table, with values of a figure."""
         self._offers = tuple(offers)
-        cells = offer_cells(offers)
+        cells = offer_cells(offers, figure)
         shown = [n for n in range(len(COLUMNS)) if n < _ALWAYS or any(row[n] is not NOTHING for row in cells)]
         self.table.figures.show(
             [Heading(one.title) for one in offers],

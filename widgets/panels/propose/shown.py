@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from riglens.core.figures.text import MINUS
+from riglens.core.figures.figure import Figure
+from riglens.core.figures.text import change_text, in_unit, value_text
 from riglens.core.rig.model import Rig
 from riglens.core.shown_text import visible
 from riglens.widgets.panels.figures.table import NOTHING, Cell, Heading, Tone
@@ -62,16 +63,6 @@ def reference_title(found: OptimiseResult) -> str:
     return visible(name[0].upper() + name[1:])
 
 
-def stairs_of(found: OptimiseResult) -> list[Offer]:
-    """Return the best rig of each number of additions."""
-    what = "mirror pairs" if found.problem.additions.mirrored else "sensors"
-    return [
-        Offer(f"stair {one.count}", f"Best with {one.count} {what}", one.rig, one.value)
-        for one in found.stairs
-        if one.count
-    ]
-
-
 # ---------------------------------------------------------------------- charts
 def bracket_plot(history: Sequence[Bracket]) -> Plot:
     """Plot best value and bound over time, which converge."""
@@ -81,27 +72,18 @@ def bracket_plot(history: Sequence[Bracket]) -> Plot:
     return Plot("Best so far and bound", "s", tuple(lines), empty=SEARCHING)
 
 
-def stairs_plot(found: OptimiseResult | None) -> Plot:
-    """Plot the best value by number of additions; the rig itself is the level at the left."""
-    title = "Best by number added"
-    if found is None:
-        return Plot(title, "added", empty=SEARCHING)
-    base = found.stairs[0].value
-    dots = [Dot(0.0, base, f"Now: {base:.4f}")]
-    for count, one in zip((one.count for one in found.stairs if one.count), stairs_of(found), strict=True):
-        assert one.value is not None
-        dots.append(Dot(count, one.value, f"{one.title}: {one.value:.4f}", one.key))
-    level = Line(((0.0, base), (float(found.stairs[-1].count), base)), "muted")
-    return Plot(title, "added", (level, Line(tuple((dot.x, dot.y) for dot in dots))), tuple(dots))
-
-
 def front_plot(found: OptimiseResult | None) -> Plot:
     """Plot value against unseen ground: none of the proposals is better than another in both."""
     title = "Value against unseen ground"
     if found is None or found.before_blind_m2 is None:
         return Plot(title, "m²", empty=SEARCHING)
     dots = [
-        Dot(one.blind_m2, one.value, f"{one.title}: {one.value:.4f}, {one.blind_m2:.1f} m² unseen", one.key)
+        Dot(
+            one.blind_m2,
+            one.value,
+            f"{one.title}: {value_text(found.figure, one.value)}, {one.blind_m2:.1f} m² unseen",
+            one.key,
+        )
         for one in offers_of(found)
         if one.blind_m2 is not None and one.value is not None
     ]
@@ -118,28 +100,25 @@ COLUMNS = (
 )
 CHECKS = (
     Heading("Gain", "Gain over the reference, in the frames of the case."),
-    Heading("SE", "Standard error of the gain, paired by frame."),
-    Heading("Kept", "Share of the gain in the frames of choice."),
+    Heading("SE", "Standard error of the gain, paired by frame or by draw."),
+    Heading("Kept", "Share of the gain for which the proposal was chosen."),
 )
 
 
-def signed(value: float) -> str:
-    """Return a difference with its sign."""
-    return f"{value:+.4f}".replace("-", MINUS)
-
-
-def offer_cells(offers: Sequence[Offer]) -> list[tuple[Cell, ...]]:
-    """Return the cells of the proposals."""
+def offer_cells(offers: Sequence[Offer], figure: Figure) -> list[tuple[Cell, ...]]:
+    """Return the cells of the proposals, with values of a figure."""
     base = offers[0].value if offers else None
     rows = list[tuple[Cell, ...]]()
     for one in offers:
         change = None if one.value is None or base is None or not one.key else one.value - base
         rows.append(
             (
-                NOTHING if one.value is None else Cell(f"{one.value:.4f}", (one.value,)),
+                NOTHING if one.value is None else Cell(value_text(figure, one.value), (one.value,)),
                 NOTHING
                 if change is None
-                else Cell(signed(change), (change,), tone="more" if change > 0.0 else "text"),
+                else Cell(
+                    change_text(figure, change), (change,), tone="more" if figure.is_gain(change) else "text"
+                ),
                 NOTHING if one.blind_m2 is None else Cell(f"{one.blind_m2:.1f} m²", (one.blind_m2,)),
                 NOTHING if one.cost is None else Cell(f"{one.cost:g}", (one.cost,)),
             )
@@ -152,30 +131,31 @@ def check_cells(found: OptimiseResult | None) -> tuple[list[Heading], list[tuple
     if found is None:
         return [], []
     titles, cells = list[Heading](), list[tuple[Cell, ...]]()
-    if found.problem.goal.is_guarded:
+    figure = found.figure
+    if found.problem.goal.of_objects:
         titles.append(Heading("Frames of choice"))
-        cells.append((Cell(signed(found.best.value - found.reference_value)), NOTHING, NOTHING))
+        cells.append((Cell(change_text(figure, found.gain)), NOTHING, NOTHING))
     for one in found.best.guard:
         titles.append(Heading(one.case[0].upper() + one.case[1:]))
         tone: Tone = "less" if one in found.best.weak else "text"
         share = Cell(f"{one.share:.0%}", (one.share,), tone=tone, bar=one.share)
-        cells.append((Cell(signed(one.gain), (one.gain,)), Cell(f"{one.se:.4f}", (one.se,)), share))
+        error = Cell(f"{in_unit(figure, one.se):.2f}", (one.se,)) if one.se else NOTHING
+        cells.append((Cell(change_text(figure, one.gain), (one.gain,)), error, share))
     return titles, cells
 
 
 # ---------------------------------------------------------------------- words
 def sentence_of(found: OptimiseResult) -> str:
     """Return the values and the bound as a sentence."""
-    title = found.problem.goal.title
-    values = f"{title[0].upper()}{title[1:]} {found.before:.3f} now, {found.best.value:.3f} proposed"
-    where = f" (in the {found.problem.frames} frames of choice)" if found.problem.goal.is_guarded else ""
-    return " ".join([f"{values}{where}: {found.sentence()}.", *found.floor_lines()])
+    now, proposed = (value_text(found.figure, value) for value in (found.before, found.best.value))
+    values = f"{found.problem.goal.title} {now} now, {proposed} proposed"
+    where = f" (in the {found.problem.frames} frames of choice)" if found.problem.goal.of_objects else ""
+    return f"{values}{where}: {found.sentence()}."
 
 
 def verdict_of(found: OptimiseResult) -> str:
     """Return what the checks say about the gain over the reference."""
     weak = ", ".join(f"{one.case} ({one.share:.0%})" for one in found.best.weak)
     word = found.best.verdict
-    what = "gain" if found.problem.goal.is_guarded else "gain on target"
-    against = f"{word[0].upper()}{word[1:]}: {what} over {visible(found.reference.name)}."
+    against = f"{word[0].upper()}{word[1:]}: gain over {visible(found.reference.name)}."
     return f"{against} Less than half is left with: {weak}." if weak else against
