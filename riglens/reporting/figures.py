@@ -5,9 +5,9 @@ from __future__ import annotations
 import reprlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from riglens.core.blind.zones import BlindMap
 from riglens.core.engine.audit import audit, audit_document
@@ -15,6 +15,7 @@ from riglens.core.engine.engine import Engine
 from riglens.core.errors import InputError
 from riglens.core.figures.documents import evaluation_document
 from riglens.core.figures.evaluated import Evaluated, EvaluationSettings, Evaluator
+from riglens.core.figures.registry import figure_named
 from riglens.core.kernels.runtime import jit
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Body, Method, Reading
@@ -108,7 +109,7 @@ NO_LABELS = Labels()
 
 
 class KeptGain(Frozen):
-    """Gain of a proposal in one case of the guard."""
+    """Gain of a proposal in one case of the guard, in the unit of the figure."""
 
     case: str = Field(max_length=MOST_LETTERS)
     gain: float
@@ -116,9 +117,17 @@ class KeptGain(Frozen):
     share: float
 
 
-class WhyHere(Frozen):
-    """Reasons for the places of sensors: the search that proposed the first rig of a report, as it was found then."""
+def _known_figure(key: str) -> str:
+    if figure_named(key) is None:
+        raise ValueError("is no key of a figure")
+    return key
 
+
+class WhyHere(Frozen):
+    """Reasons for the places of sensors: the search that proposed the first rig of a report, as it was found then, with
+    the key of the figure that it was to improve."""
+
+    figure: Annotated[str, AfterValidator(_known_figure)]
     sensors: list[str] = Field(max_length=MAX_SENSORS)
     sentence: str = Field(max_length=10 * MOST_LETTERS)
     reference: str = Field(max_length=2 * MOST_LETTERS)

@@ -20,8 +20,8 @@ from riglens.core.blind.zones import HEIGHTS_M
 from riglens.core.errors import InputError
 from riglens.core.figures.figure import Figure
 from riglens.core.figures.objects import ObjectFigure
-from riglens.core.figures.registry import leading_figures, object_figures
-from riglens.core.figures.text import UNITS
+from riglens.core.figures.registry import figure_named, leading_figures, object_figures
+from riglens.core.figures.text import UNITS, change_unit, in_unit
 from riglens.core.review.findings import amounts
 from riglens.core.review.mounts import SIDES, USUAL_LIMITS
 from riglens.core.rig.library import default_library
@@ -65,11 +65,6 @@ def thousand_nat(value: Any) -> str:
 def metres(value: Any) -> str:
     """Format a length with two decimals; a dash where there is none."""
     return "—" if value is None else minus(f"{float(value):.2f}")
-
-
-def four_digits(value: Any) -> str:
-    """Return a share or a difference of shares with four decimals."""
-    return minus(f"{float(value):.4f}")
 
 
 def whole(value: Any) -> str:
@@ -183,11 +178,11 @@ def _templates() -> Environment:
         "numeral": lambda value: minus(f"{value:g}"),
         "sha256": lambda text: hashlib.sha256(text.encode("utf-8")).hexdigest(),
     }
-    writers = (percent, square_metres, thousand_nat, metres, whole, four_digits, plain)
+    writers = (percent, square_metres, thousand_nat, metres, whole, plain)
     made.globals |= {write.__name__: write for write in writers} | {
         function.__name__: function
         for function in (
-            at, body_text, range_lines, difference_text, few_words, has_figure, in_brackets, leading_columns,
+            at, body_text, range_lines, difference_text, few_words, gains_in, has_figure, in_brackets, leading_columns,
             limit_texts, missed_objects, object_columns, origin, reason_of, region_of, sector_columns,
             smallest_range, verdict_text, view_text, worst_failure, worst_profile, zone_places,
         )
@@ -254,6 +249,21 @@ def object_columns(document: ReportDocument, cls: str) -> list[Column]:
 def sector_columns() -> list[Column]:
     """Return the leading figures of objects, which are shown by sector, too."""
     return [one for one in leading_columns() if isinstance(one.figure, ObjectFigure)]
+
+
+@dataclass(frozen=True)
+class Gains:
+    """How gains of a figure are written: their unit, and the function that writes one without it."""
+
+    unit: str
+    write: Callable[[Any], str]
+
+
+def gains_in(key: str) -> Gains:
+    """Return how gains of a figure are written."""
+    figure = figure_named(key)
+    assert figure is not None, key
+    return Gains(change_unit(figure), lambda gain: minus(f"{in_unit(figure, float(gain)):.2f}"))
 
 
 def has_figure(document: ReportDocument, column: Column, rig: int, cls: str) -> bool:

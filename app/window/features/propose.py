@@ -407,6 +407,7 @@ class Propose(Feature):
         if not applied or len(applied) < len(self._changes("proposal 1")):
             return None
         return {
+            "figure": found.problem.objective,
             "sensors": applied,
             "sentence": sentence_of(found),
             "reference": found.reference.name,

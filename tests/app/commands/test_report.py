@@ -73,6 +73,7 @@ REQUIRED = "riglens_requirements: 1\nbody: blocks\nblind_areas: [{height_m: 0.3,
 
 
 WHY = {
+    "figure": "on_target",
     "sensors": ["left <b>", "right"],
     "sentence": "no pair on these 159 mounts is better in these 100 frames (proven).",
     "reference": "mounted by hand",
@@ -695,7 +696,7 @@ def test_why_sensors_are_where_they_are_is_said_as_the_search_found_it(document)
     cells = dict(re.findall(r'data-from="(inputs/why[^"]+)">([^<]*)<', page))
     assert cells == {
         f"inputs/why/checks/0/{name}": text
-        for name, text in (("gain", "0.0388"), ("se", "0.0009"), ("share", "92.00 %"))
+        for name, text in (("gain", "3.88"), ("se", "0.09"), ("share", "92.00 %"))
     }
     kept = inputs_of(figures, "a").why
     assert kept is not None and kept.model_dump() == WHY
