@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QFontMetrics, QResizeEvent
 from PySide6.QtWidgets import QHeaderView
 
@@ -54,6 +55,7 @@ class ScoreTable(FigureTable):
         rows.setDefaultSectionSize(ROW_PX)
         rows.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
         rows.setMinimumWidth(CLASS_PX)
+        header.setTextElideMode(Qt.TextElideMode.ElideRight)  # without it, the beginning is cut
         header.setMinimumSectionSize(
             self.fontMetrics().horizontalAdvance(LONGEST_VALUE) + 2 * _CELL_MARGIN_PX
         )
