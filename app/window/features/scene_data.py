@@ -193,18 +193,21 @@ def _own_origin_m(boxes: Path | None) -> Vec3:
 
 
 def options_of(choice: SceneChoice, before: SceneOptions) -> SceneOptions:
-    """Return the options for the scene panel's choice; class names stay mapped as long as the data set is the same, and
-    an origin that the format fixes is not stated again."""
+    """Return the options for the scene panel's choice; what it does not show stays as long as the data set is the same,
+    and an origin that the format fixes is not stated again."""
     if choice.pog is not None:
         return SceneOptions(pog=choice.pog)
+    kept = before if choice.boxes == before.boxes else SceneOptions()
     is_stated = choice.boxes is not None and choice.origin_m != _own_origin_m(choice.boxes)
-    return SceneOptions(
+    return replace(
+        kept,
         boxes=choice.boxes,
+        pog=None,
         origin_m=choice.origin_m if is_stated else None,
         frames=choice.frames,
-        classes=before.classes if choice.boxes == before.boxes else (),
         voxel_m=choice.voxel_m or "auto",
         roi_m=choice.roi_m,
         tolerance_pp=before.tolerance_pp if choice.voxel_m is None else None,
-        find_ground=before.find_ground and choice.boxes == before.boxes,
+        rigs=(),
+        score=ScoreOptions(),
     )

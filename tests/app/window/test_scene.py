@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from PySide6.QtWidgets import QComboBox, QLabel, QLineEdit, QPushButton
 from pytestqt.qtbot import QtBot
 
+from riglens.app.window.features.scene_data import options_of
 from riglens.core.scene.pog_store import save_pog
 from riglens.evaluation.names import label_of
+from riglens.evaluation.options import SceneOptions
 from riglens.evaluation.scenario import load_scenario
 from riglens.evaluation.voxel_words import reason, tried_lines
 from riglens.widgets.panels.controls.style import plain_tip
+from riglens.widgets.panels.scene.scene_panel import SceneChoice
 from tests.app.window_bench import Bench, choose_item, open_bench, scene_options, type_into
 from tests.core.argoverse_log import random_columns, write_log
 from tests.waiting import TIMEOUT_MS
@@ -159,3 +163,15 @@ def test_other_boxes_take_the_place_of_a_stored_pog(stored: Bench, tmp_path: Pat
     load(stored)
     assert stored.scenes[-1].options.pog is None
     assert stored.scenes[-1].field.grid.voxel_m == 1.0
+
+
+def test_options_that_the_panel_does_not_show_stay_with_their_data_set() -> None:
+    boxes = Path("boxes.csv")
+    occluders = (Path("occluders.csv"), Path("poses.csv"))
+    before = SceneOptions(
+        boxes, classes=("tram=car",), find_ground=True, surroundings=True, occluders=occluders
+    )
+    choice = SceneChoice(boxes, voxel_m=0.2)
+    assert options_of(choice, before) == replace(before, voxel_m=0.2, roi_m=choice.roi_m)
+    other = SceneChoice(Path("other.csv"), voxel_m=0.2)
+    assert options_of(other, before) == SceneOptions(other.boxes, voxel_m=0.2, roi_m=other.roi_m)
