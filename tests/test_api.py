@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import subprocess
 import sys
 import warnings
@@ -13,6 +14,7 @@ import pytest
 import riglens as rl
 import riglens.api as api
 from riglens.app.commands import main
+from riglens.evaluation.options import READING
 from riglens.results import Result
 from tests.waiting import TIMEOUT_S
 
@@ -79,6 +81,13 @@ def test_the_names_of_the_package_are_those_of_its_api() -> None:
     assert rl.__version__[0].isdigit()
     with pytest.raises(AttributeError, match="module 'riglens' has no attribute 'scores'"):
         rl.scores  # noqa: B018
+
+
+@pytest.mark.parametrize(
+    "name", ["load_scene", "load_traffic", "survey", "build_pog", "sweep", "report", "simulate"]
+)
+def test_whatever_reads_boxes_takes_every_option_of_reading(name: str) -> None:
+    assert {"boxes", *READING} <= inspect.signature(getattr(rl, name)).parameters.keys()
 
 
 def test_scores_are_a_mapping_of_the_figures_of_the_json(scene: rl.Scene) -> None:

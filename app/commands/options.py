@@ -16,7 +16,7 @@ from riglens.core.errors import InputError
 from riglens.core.metric.scores import Body
 from riglens.core.option_help import OptionHelp
 from riglens.evaluation.names import option_of
-from riglens.evaluation.options import DASK, LIBRARY, SceneOptions, ScoreOptions
+from riglens.evaluation.options import DASK, GRID, LIBRARY, READING, SceneOptions, ScoreOptions
 
 SCENE = Group("Scene: boxes and grid", sort_key=10)
 SCORE = Group("Score", sort_key=20)
@@ -205,17 +205,17 @@ def _annotated(kind: Any, said: OptionHelp, name: str, group: Group | None, defa
     return Annotated[described, Parameter(group=group)]
 
 
-_READING = ("origin_m", "frames", "classes", "find_ground")
-_GRID = (*_READING, "voxel_m", "roi_m")
 _STORED = ("pog", "tolerance_pp")
 _RUN = ("threads", "body")
-ReadingArguments = Annotated[SceneOptions, taken(SCENE, *_READING)]
-GridArguments = Annotated[SceneOptions, taken(SCENE, *_GRID)]
-BoxArguments = Annotated[SceneOptions, taken(SCENE, "boxes", *_READING)]
-SourceArguments = Annotated[SceneOptions, taken(SCENE, "boxes", "origin_m", "classes", "find_ground")]
-TrafficArguments = Annotated[SceneOptions, taken(SCENE, "boxes", *_READING, "occluders")]
-SceneArguments = Annotated[SceneOptions, taken(SCENE, "boxes", *_GRID, *_STORED)]
-EverythingArguments = Annotated[SceneOptions, taken(SCENE, "boxes", *_GRID, *_STORED, "occluders")]
+ReadingArguments = Annotated[SceneOptions, taken(SCENE, *READING)]
+GridArguments = Annotated[SceneOptions, taken(SCENE, *GRID)]
+BoxArguments = Annotated[SceneOptions, taken(SCENE, "boxes", *READING)]
+SourceArguments = Annotated[
+    SceneOptions, taken(SCENE, "boxes", *(name for name in READING if name != "frames"))
+]
+TrafficArguments = Annotated[SceneOptions, taken(SCENE, "boxes", *READING, "occluders")]
+SceneArguments = Annotated[SceneOptions, taken(SCENE, "boxes", *GRID, *_STORED)]
+EverythingArguments = Annotated[SceneOptions, taken(SCENE, "boxes", *GRID, *_STORED, "occluders")]
 ScoreArguments = Annotated[ScoreOptions, taken(SCORE, "method", "reading", "camera_weight", *_RUN)]
 WeightArguments = Annotated[ScoreOptions, taken(SCORE, "camera_weight", "threads")]
 RunArguments = Annotated[ScoreOptions, taken(SCORE, *_RUN)]

@@ -81,6 +81,11 @@ class ScoreOptions:
         return self.body or rig.body
 
 
+READING = ("origin_m", "frames", "classes", "find_ground")
+"""Options of how boxes are read: of every command, study and function of Python that reads them."""
+GRID = (*READING, "voxel_m", "roi_m")
+
+
 @dataclass(frozen=True)
 class SceneOptions:
     """Options of a scene: boxes and grid; None is the bundled scenario and the default grid.

@@ -14,7 +14,7 @@ from riglens.core.pieces.backend import Backend
 from riglens.core.rig.library import use_libraries
 from riglens.core.shown_tables import Block
 from riglens.core.study.true_points import Recorder
-from riglens.evaluation.options import DASK, LIBRARY, PAPER_RIG, SceneOptions, ScoreOptions
+from riglens.evaluation.options import DASK, GRID, LIBRARY, PAPER_RIG, READING, SceneOptions, ScoreOptions
 from riglens.studies import (
     accuracy,
     detection,
@@ -243,8 +243,7 @@ def _predicted(options: PredictedOptions, job: Job, /, detection: Path) -> Findi
 # ---------------------------------------------------------------- all of them
 
 TABLE1_FILES = ("table1.csv", "table1-detection.csv")
-_READING = ("origin_m", "frames", "classes", "find_ground")
-_SCENE = ("boxes", *_READING, "voxel_m", "roi_m", "pog", "tolerance_pp")
+_SCENE = ("boxes", *GRID, "pog", "tolerance_pp")
 
 
 @dataclass(frozen=True)
@@ -272,9 +271,9 @@ STUDIES: dict[str, Study] = {
     ),
     "accuracy": Study(AccuracyOptions, _accuracy, accuracy.FILES, _SCENE, ("camera_weight", "threads")),
     "stability": Study(StabilityOptions, _stability, stability.FILES, _SCENE, ("camera_weight", "threads")),
-    "targets": Study(TargetsOptions, _targets, targets.NAMES, _READING, ("threads",)),
+    "targets": Study(TargetsOptions, _targets, targets.NAMES, READING, ("threads",)),
     "external": Study(ExternalOptions, _external, (external.NAME,), score=("threads",)),
-    "detection": Study(DetectionOptions, _detection, detection.NAMES, ("boxes", *_READING), ("body",)),
+    "detection": Study(DetectionOptions, _detection, detection.NAMES, ("boxes", *READING), ("body",)),
     "predicted": Study(PredictedOptions, _predicted, predicted.NAMES),
 }
 
