@@ -253,14 +253,14 @@ def sector_columns() -> list[Column]:
 
 @dataclass(frozen=True)
 class Gains:
-    """How gains of a figure are written: their unit, and the function that writes one without it."""
+    """Unit of the gains of a figure, and the function that writes one without it."""
 
     unit: str
     write: Callable[[Any], str]
 
 
 def gains_in(key: str) -> Gains:
-    """Return how gains of a figure are written."""
+    """Return the unit and the writer of a figure's gains."""
     figure = figure_named(key)
     assert figure is not None, key
     return Gains(change_unit(figure), lambda gain: minus(f"{in_unit(figure, float(gain)):.2f}"))
