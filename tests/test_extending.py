@@ -104,7 +104,7 @@ def test_the_command_line_uses_it(environment: Environment, data: Path) -> None:
         )
         assert found["data"]["boxes"] == {"car": 1, "bicycle": 1, "pedestrian": 1}
         assert 0.0 < found["rigs"][0]["classes"]["car"]["thermal"]["seen"] <= 1.0
-        figure = found["rigs"][0]["classes"]["car"]["figures"]["share_20"]
+        figure = found["rigs"][0]["classes"]["car"]["figures"]["acme_share"]
         assert figure["value"] is None and "LiDAR" in figure["reason"]
     view = (*grid, "--boxes", "drive.boxlog", "--size", "160x120")
     for heat in ("seen_by_thermal", "off"):

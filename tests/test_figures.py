@@ -67,7 +67,7 @@ from tools import write_figures
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 TWENTY = ObjectFigure(
-    key="share_20",
+    key="made_up",
     title="At least 20 points",
     short="≥ 20 pts",
     question="Share of objects with at least 20 LiDAR points.",
@@ -135,7 +135,7 @@ def test_every_figure_says_what_it_is() -> None:
 
 def test_the_registry_knows_it_for_a_while() -> None:
     assert {TWENTY, UNSEEN} <= set(leading_figures()) and TWENTY in object_figures(("lidar",))
-    assert figure_named("share_20") is TWENTY
+    assert figure_named("made_up") is TWENTY
     with pytest.raises(ValueError, match="already"), registered(TWENTY):
         pass
 
@@ -160,14 +160,14 @@ def test_the_json_has_it_by_class_ring_and_sector(evaluated: Evaluated) -> None:
     assert evaluated.field is not None and evaluated.objects is not None
     document = evaluation_document(evaluated.field, PAPER_SETTINGS, [evaluated])
     of_car = document["rigs"][0]["classes"]["car"]["figures"]
-    assert of_car["share_20"]["value"] == TWENTY.of(evaluated, "car").value
+    assert of_car["made_up"]["value"] == TWENTY.of(evaluated, "car").value
     assert of_car["unseen"] == {
         "value": UNSEEN.of(evaluated, "car").value, "se": 0.0, "state": "exact", "reason": None,
     }  # fmt: skip
     assert document["rigs"][0]["figures"]["blind_m2"]["value"] > 0.0
     objects = objects_document([evaluated.objects])["rigs"][0]["classes"]["car"]
-    assert objects["share_20"] == parts_by_class(evaluated.objects, [TWENTY])["car"].total.share_20.value
-    assert all("share_20" in part for part in (*objects["rings"], *objects["sectors"]))
+    assert objects["made_up"] == parts_by_class(evaluated.objects, [TWENTY])["car"].total.made_up.value
+    assert all("made_up" in part for part in (*objects["rings"], *objects["sectors"]))
     json.dumps(document, allow_nan=False)
 
 
@@ -177,22 +177,22 @@ def test_a_rig_without_the_sensors_that_make_it_has_a_reason_in_place_of_zero(ev
     assert found.state == "none" and "LiDAR" in found.reason
     assert evaluator.field is not None
     document = evaluation_document(evaluator.field, PAPER_SETTINGS, [without])
-    assert document["rigs"][0]["classes"]["car"]["figures"]["share_20"]["value"] is None
+    assert document["rigs"][0]["classes"]["car"]["figures"]["made_up"]["value"] is None
 
 
 def test_a_sweep_has_its_column_with_the_direction(evaluator: Evaluator) -> None:
     sweeper = Sweeper(SweepFigures(targets=USUAL), RIG, evaluator.field, evaluator.traffic, 1)
     row = sweeper.row(RIG)
-    assert {"car.share_20", "car.share_20_change", "car.share_20_change_se"} <= row.keys()
-    assert better_of("car.share_20") == better_of("car.share_20_change") == "more"
-    assert better_of("car.unseen") == "less" and better_of("car.share_20_se") == "neither"
+    assert {"car.made_up", "car.made_up_change", "car.made_up_change_se"} <= row.keys()
+    assert better_of("car.made_up") == better_of("car.made_up_change") == "more"
+    assert better_of("car.unseen") == "less" and better_of("car.made_up_se") == "neither"
 
 
 @pytest.mark.parametrize(
     ("limit", "status"),
     [
-        ("{figure: share_20, class: car, at_least: 0.0}", "met"),
-        ("{figure: share_20, class: car, at_most: 0.0, ring_m: [0, 60]}", "not met"),
+        ("{figure: made_up, class: car, at_least: 0.0}", "met"),
+        ("{figure: made_up, class: car, at_most: 0.0, ring_m: [0, 60]}", "not met"),
         ("{figure: unseen, class: car, at_most: 1.0}", "met"),
         ("{figure: unseen, class: car, at_least: 1.0}", "not met"),
     ],
@@ -209,9 +209,9 @@ def test_a_tolerance_spreads_it_with_the_worst_by_its_direction(evaluator: Evalu
     measures = Measures(evaluator.field, evaluator.traffic, frames=6, threads=1, designed=RIG)
     found = tolerance(RIG, PROFILES[1], measures, 4, with_sensitivities=False)
     for cls in CLASSES:
-        more, less = found.spreads[f"share_20 {cls}"], found.spreads[f"unseen {cls}"]
+        more, less = found.spreads[f"made_up {cls}"], found.spreads[f"unseen {cls}"]
         assert more.worst == min(more.values) and less.worst == max(less.values)
-    assert measures(RIG, Pose())["share_20 car"] == more_of(evaluator)
+    assert measures(RIG, Pose())["made_up car"] == more_of(evaluator)
 
 
 def more_of(evaluator: Evaluator) -> float:
@@ -220,8 +220,8 @@ def more_of(evaluator: Evaluator) -> float:
 
 def test_a_search_improves_it_without_a_bound(traffic: Traffic, evaluator: Evaluator) -> None:
     added = Additions(("generic-16",), mirrored=False, spots_m=1.2, tilts_deg=(0.0,))
-    assert "share_20" in get_args(fields_of(("objective",))["objective"].annotation)
-    options = SearchOptions(("generic-16",), objective="share_20", frames=5)
+    assert "made_up" in get_args(fields_of(("objective",))["objective"].annotation)
+    options = SearchOptions(("generic-16",), objective="made_up", frames=5)
     cars_alone = Weights({"bicycle": 0.0, "pedestrian": 0.0})
     problem = replace(options.problem(RIG, traffic, added, held_out=6), weights=cars_alone)
     found = finished(problem, 1)
@@ -250,7 +250,7 @@ def test_the_page_of_figures_is_made_from_the_registry() -> None:
     assert TWENTY.question in write_figures.page() and UNSEEN.title in write_figures.page()
     shown = write_figures.page().splitlines()
     written = (REPOSITORY / write_figures.TARGET).read_text(encoding="utf-8").splitlines()
-    assert [line for line in shown if "`share_20`" not in line and "`unseen`" not in line] == written
+    assert [line for line in shown if "`made_up`" not in line and "`unseen`" not in line] == written
 
 
 # ---------------------------------------------------------------- the window
@@ -265,8 +265,8 @@ def test_the_score_table_has_a_column_for_it_with_its_direction(
     assert evaluated.objects is not None and bare.objects is not None
     found = FigureCells.of(TWENTY, evaluated.objects, evaluated.objects)
     panel.show_figures("objects", {TWENTY.key: found.compared()})
-    assert panel.table.cell("car", "share_20").text == estimate_text(TWENTY, TWENTY.of(evaluated, "car"))
-    assert panel.table.cell("car", "share_20").values[0] == TWENTY.of(evaluated, "car").value
+    assert panel.table.cell("car", "made_up").text == estimate_text(TWENTY, TWENTY.of(evaluated, "car"))
+    assert panel.table.cell("car", "made_up").values[0] == TWENTY.of(evaluated, "car").value
     assert panel.table.cell("car", "unseen").values[0] == UNSEEN.of(bare, "car").value
     change = UNSEEN.change(bare, evaluated, "car")
     assert change.value > 0.0 and panel.table.cell("car", "unseen change").tone == "less"
@@ -274,11 +274,11 @@ def test_the_score_table_has_a_column_for_it_with_its_direction(
 
 
 def test_the_thread_that_counts_has_it_at_once(evaluated: Evaluated) -> None:
-    assert {"share_20", *(one.key for one in object_figures() if one.leads)} <= {
+    assert {"made_up", *(one.key for one in object_figures() if one.leads)} <= {
         one.key for one in figures_beside_scores()
     }
     assert evaluated.objects is not None
-    assert values_of_objects(evaluated.objects)["share_20"]["car"] == TWENTY.of(evaluated, "car")
+    assert values_of_objects(evaluated.objects)["made_up"]["car"] == TWENTY.of(evaluated, "car")
 
 
 def test_compare_shows_and_exports_it(evaluated: Evaluated) -> None:
@@ -302,8 +302,8 @@ def test_losses_of_sensors_are_told_in_it(evaluator: Evaluator, evaluated: Evalu
 
     without = evaluator(with_enabled(RIG, ("top",), False))
     losses = losses_of(known(evaluated), known(without))
-    assert {"share_20", "unseen"} <= set(losses)
-    assert losses["share_20"].size == pytest.approx(100.0 * TWENTY.of(evaluated, ALL).value)
+    assert {"made_up", "unseen"} <= set(losses)
+    assert losses["made_up"].size == pytest.approx(100.0 * TWENTY.of(evaluated, ALL).value)
     grown = UNSEEN.of(without, ALL).value - UNSEEN.of(evaluated, ALL).value
     assert losses["unseen"].size == pytest.approx(100.0 * grown) and grown > 0.0
 
@@ -314,7 +314,7 @@ def test_the_panel_targets_offers_it(qtbot: QtBot, evaluated: Evaluated) -> None
     qtbot.addWidget(panel)
     panel.show()
     panel.show_counts(evaluated.objects, evaluated.objects, "itself")
-    panel.choose("share_20")
+    panel.choose("made_up")
     cell = panel.table.figures.cell(CLASSES_AND_ALL.index("car"), 0)
     assert panel.figure is TWENTY and cell.values[0] == TWENTY.of(evaluated, "car").value
 
@@ -342,10 +342,10 @@ def test_python_has_it_in_results_and_rows(tmp_path: Path) -> None:
     boxes.write_text(BOXES)
     scene = rl.load_scene(boxes, 0.5, roi_m=(20, 20, 4))
     found = rl.score(RIG, scene, rl.load_traffic(boxes), threads=1)
-    assert found["car"].figures["share_20"].exists and "unseen" in found.rows()[0]
+    assert found["car"].figures["made_up"].exists and "unseen" in found.rows()[0]
     counted = rl.targets(RIG, rl.load_traffic(boxes), threads=1)
-    assert counted["car"].total.share_20.value == found["car"].figures["share_20"].value
-    assert "share_20" in counted.rows()[0] and "share_20_se" in counted.by_sector()[0]
+    assert counted["car"].total.made_up.value == found["car"].figures["made_up"].value
+    assert "made_up" in counted.rows()[0] and "made_up_se" in counted.by_sector()[0]
 
 
 def test_a_report_of_two_rigs_has_it_with_the_difference(tmp_path: Path) -> None:
@@ -355,7 +355,7 @@ def test_a_report_of_two_rigs_has_it_with_the_difference(tmp_path: Path) -> None
     rigs = (RIG, RIG.model_copy(update={"name": "other", "sensors": RIG.sensors[:1]}))
     plan = ReportPlan(rigs, scene, ScoreOptions(), draws=0, seed=0)
     page = report_page(document_of(plan, report_of(plan, lambda share, stage: None)))
-    for key in ("share_20", "unseen"):
+    for key in ("made_up", "unseen"):
         place = f"evaluation/rigs/%d/classes/car/figures/{key}/value"
         assert f'data-from="{place % 0}"' in page
         assert f'data-from="{place % 1}" data-less="{place % 0}"' in page

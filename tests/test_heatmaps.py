@@ -58,11 +58,11 @@ def exactly_one(engine: Engine, found: Evaluation) -> Words:
 
 
 ONCE = VoxelHeatMap(
-    key="once",
+    key="made_up",
     title="Seen by exactly 1",
     question="The part of the entropy in voxels that exactly one sensor sees.",
     better="less",
-    voxels=VoxelSet(key="once", seen_by="exactly 1", of=exactly_one),
+    voxels=VoxelSet(key="made_up", seen_by="exactly 1", of=exactly_one),
 )
 TALLEST = ObjectHeatMap.of(TALL)
 
@@ -94,7 +94,7 @@ def test_every_heatmap_says_what_it_is() -> None:
 
 
 def test_the_registry_knows_it_for_a_while() -> None:
-    assert heat_map_named("once") is ONCE and ONCE.voxels in voxel_sets()
+    assert heat_map_named("made_up") is ONCE and ONCE.voxels in voxel_sets()
     with pytest.raises(ValueError, match="already"), registered(ONCE):
         pass
     with pytest.raises(ValueError, match=OFF):
@@ -102,7 +102,7 @@ def test_the_registry_knows_it_for_a_while() -> None:
 
 
 def test_an_evaluation_brings_its_cells_and_its_map_from_above(scene: LoadedScene) -> None:
-    found, whole = evaluated(scene, "once", "once"), evaluated(scene, "entropy").heatmap
+    found, whole = evaluated(scene, "made_up", "made_up"), evaluated(scene, "entropy").heatmap
     engine = Engine(scene.field, 1)
     marks = [engine.evaluate(rig_of(sensor)).seen_by_any() for sensor in RIG.sensors]
     once = unpack(scene.field.grid, np.asarray(marks[0] ^ marks[1]))
@@ -119,7 +119,7 @@ def test_an_evaluation_brings_its_cells_and_its_map_from_above(scene: LoadedScen
 
 
 def test_a_click_means_what_is_drawn(scene: LoadedScene) -> None:
-    result = evaluated(scene, "once")
+    result = evaluated(scene, "made_up")
     assert isinstance(result.marks, Marks)
     meant = ONCE.meant(result.marks, 1.0)
     assert meant is not None and np.array_equal(meant, result.marks.seen) and meant.any()
@@ -128,7 +128,7 @@ def test_a_click_means_what_is_drawn(scene: LoadedScene) -> None:
 def test_the_command_line_offers_it() -> None:
     command = [sys.executable, "-c", HELP]
     done = subprocess.run(command, cwd=REPOSITORY, capture_output=True, text=True, timeout=TIMEOUT_S)
-    assert "once (seen by exactly 1)" in " ".join(done.stdout.replace("│", " ").split()), done.stderr
+    assert "made_up (seen by exactly 1)" in " ".join(done.stdout.replace("│", " ").split()), done.stderr
 
 
 @pytest.mark.parametrize("heat", [ONCE, TALLEST], ids=lambda heat: heat.key)
@@ -140,7 +140,7 @@ def test_python_draws_it(heat: HeatMap, tmp_path: Path) -> None:
         rl.render(RIG, scene, out, heatmap=key, traffic=traffic, size_px=(160, 120), legend=False, rays=False)
         drawn.append(out.read_bytes())
     assert drawn[0] != drawn[1]
-    with pytest.raises(InputError, match="once"):
+    with pytest.raises(InputError, match="made_up"):
         rl.render(RIG, scene, out, heatmap="twofold")
 
 
@@ -154,14 +154,14 @@ def test_the_window_offers_it_and_keeps_the_choice(qtbot: QtBot) -> None:
     with full_desk(qtbot) as desk:
         desk.load()
         desk.answer()
-        desk.act("heat_once")
-        assert desk.session.heat == HeatChoice("once") and desk.recompute.requests[-1].heat == "once"
-        assert desk.workbench.actions["heat_once"].isChecked()
+        desk.act("heat_made_up")
+        assert desk.session.heat == HeatChoice("made_up") and desk.recompute.requests[-1].heat == "made_up"
+        assert desk.workbench.actions["heat_made_up"].isChecked()
         panel = desk.features.map.panel
         combo = panel.findChild(QComboBox)
         assert combo is not None
         choose_item(combo, "seen by exactly 1")
-        assert panel.seen_by == "once"
+        assert panel.seen_by == "made_up"
         desk.act("heat_share_25px")
         assert desk.recompute.requests[-1].heat == OFF
         count(desk)
@@ -175,5 +175,5 @@ def test_the_page_of_heatmaps_is_made_from_the_registry() -> None:
     page = (REPOSITORY / write_figures.HEATMAPS).read_text(encoding="utf-8")
     shown = write_figures.with_table(page)
     assert ONCE.question in shown and TALLEST.question in shown
-    own = ("`once`", "`share_25px`")
+    own = ("`made_up`", "`share_25px`")
     assert "\n".join(line for line in shown.split("\n") if not any(key in line for key in own)) == page
