@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from riglens.core.errors import InputError
-from riglens.core.formats.source import ENDINGS
 from riglens.core.rig.model import Rig
 from riglens.core.rig.presets import close_presets, find_preset
 from riglens.core.rig.yaml.file import RigFile, load_rig
@@ -37,8 +36,9 @@ def open_rig(name_or_path: str | Path) -> OpenedRig:
     found = find_preset(name)
     if found is not None:
         return OpenedRig(found.rig())
-    is_path = "/" in name or os.sep in name or name.lower().endswith(ENDINGS) or os.path.exists(name)
-    if is_path:
+    from riglens.core.formats.exchange import endings  # imported late: formats are not needed for a preset
+
+    if "/" in name or os.sep in name or os.path.exists(name) or name.lower().endswith(endings()):
         return open_rig_file(Path(name))
     close = close_presets(name)
     hint = f"; did you mean {' or '.join(close)}?" if close else ""

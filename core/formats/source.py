@@ -24,7 +24,6 @@ from riglens.core.rig.yaml.nodes import parse_yaml, plain_value, read_text, shor
 
 YAML = (".yaml", ".yml")
 FOREIGN_ENDINGS = (".json", ".toml", ".urdf", ".xacro", ".xml", ".txt", ".py", ".feather")
-ENDINGS = (*YAML, *FOREIGN_ENDINGS)
 """Of rigs, also those of other programs."""
 MAX_METRES = 1e6
 MAX_ANGLE = 1e6

@@ -1,10 +1,13 @@
 """Whatever a user names as a rig is found: a preset, a rig file, a file of another program."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from riglens.core.errors import InputError
+from riglens.core.formats import exchange
+from riglens.core.formats.exchange import FORMATS
 from riglens.core.formats.opening import open_rig
 from riglens.core.rig.presets import preset
 from riglens.core.rig.yaml.file import load_rig, new_rig_file
@@ -57,3 +60,11 @@ def test_what_is_no_rig_is_refused_in_one_line(tmp_path: Path) -> None:
     (tmp_path / "b.yaml").write_text("name: my rig\nsensors: []\n")
     with pytest.raises(InputError, match=r"b\.yaml:1: riglens is missing"):
         open_rig(tmp_path / "b.yaml")
+
+
+def test_a_missing_file_is_missing_whatever_format_it_would_have(monkeypatch):
+    added = replace(FORMATS["urdf"], suffixes=(".mounts",))
+    monkeypatch.setattr(exchange, "formats", lambda: {**FORMATS, "mounts": added})
+    for name in ("nowhere.yaml", "nowhere.urdf", "nowhere.mounts"):
+        with pytest.raises(InputError, match="no such file or folder"):
+            open_rig(name)
