@@ -58,12 +58,11 @@ def evaluate(
         require_count_outputs,
         require_countable,
     )
-    from riglens.app.terminal.console import note, results
-    from riglens.app.terminal.figures import leading_table
+    from riglens.app.terminal.console import note
+    from riglens.app.terminal.figures import evaluated_rigs, print_leading
     from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic
     from riglens.app.terminal.scores import print_scene, print_scores, score_rigs
     from riglens.core.figures.documents import evaluation_document
-    from riglens.core.figures.evaluated import Evaluated, EvaluationSettings
     from riglens.evaluation.scenario import settings_of
 
     with_objects = scene.pog is None if targets is None else targets
@@ -83,18 +82,12 @@ def evaluate(
     found = None
     if how is not None and traffic is not None:
         found = count_hits(loaded, traffic, how, count, score)
-    settings = EvaluationSettings(settings_of(score))
-    evaluated = [
-        Evaluated(one.rig, settings, field, one, None if found is None else found.counted[number])
-        for number, one in enumerate(evaluations)
-    ]
-    document = evaluation_document(field, settings.metric, evaluated)
+    evaluated = evaluated_rigs(evaluations, [] if found is None else found.counted, field, score)
+    document = evaluation_document(field, settings_of(score), evaluated)
 
     def show() -> None:
-        console = results()
         print_scene(field, loaded, score)
-        for part in leading_table(evaluated):
-            console.print(part, soft_wrap=isinstance(part, str))
+        print_leading(evaluated)
         if found is not None and (targets or by != "ring"):
             found.show(by)
         print_scores(evaluations, score)

@@ -72,11 +72,14 @@ def _without_window(rig: str, scene: SceneOptions, score: ScoreOptions, problem:
 
 
 def _score_and_draw(rigs: Sequence[Rig], scene: SceneOptions, score: ScoreOptions) -> None:
-    """Score rigs, print the scores, and write them as JSON, with the first rig as a picture and as YAML."""
+    """Evaluate rigs, print the figures, and write them as JSON, with the first rig as a picture and as YAML."""
+    from riglens.app.commands.options import CountArguments
+    from riglens.app.commands.targets import count_hits, count_settings
     from riglens.app.terminal.console import TERMINAL, results
-    from riglens.app.terminal.loading import load_scene
+    from riglens.app.terminal.figures import evaluated_rigs, print_leading
+    from riglens.app.terminal.loading import load_scene, load_traffic
     from riglens.app.terminal.scores import print_scene, print_scores, score_rigs
-    from riglens.core.engine.evaluation_json import evaluation_document
+    from riglens.core.figures.documents import evaluation_document
     from riglens.core.plain import to_text
     from riglens.core.rig.yaml.file import dumps
     from riglens.evaluation.scenario import settings_of
@@ -87,10 +90,19 @@ def _score_and_draw(rigs: Sequence[Rig], scene: SceneOptions, score: ScoreOption
     _make_folder(OUT)
     for path in (screenshot, rig_file, scores):
         require_writable(path)
+    count = CountArguments()
+    traffic = load_traffic(scene, count.within_m) if scene.pog is None else None
     evaluations = score_rigs(rigs, field, score, with_seen=True)
+    counted = (
+        []
+        if traffic is None
+        else count_hits(rigs, traffic, count_settings(count, score), count, score).counted
+    )
+    evaluated = evaluated_rigs(evaluations, counted, field, score)
     print_scene(field, rigs, score)
+    print_leading(evaluated)
     print_scores(evaluations, score)
-    write_file(scores, to_text(evaluation_document(field, settings_of(score), evaluations)))
+    write_file(scores, to_text(evaluation_document(field, settings_of(score), evaluated)))
     write_file(rig_file, dumps(rigs[0]))
     draw_evaluated(evaluations[0], pog, field, RenderRequest(screenshot), TERMINAL)
     results().print(f"Written: {screenshot}, {rig_file}, {scores}", soft_wrap=True)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from riglens.app.commands import start
+from riglens.core.figures.registry import leading_figures
 from riglens.core.rig.presets import preset
 from riglens.core.rig.yaml.file import load_rig
 from riglens.evaluation.options import DEFAULT_RIG, SceneOptions, ScoreOptions
@@ -128,6 +129,11 @@ def test_without_a_display_the_same_job_runs_in_the_terminal(riglens_process, bo
     assert load_rig(tmp_path / "out" / "rig.yaml").rig == preset("Line")
     document = json.loads((tmp_path / "out" / "scores.json").read_text())
     assert document["rigs"][0]["name"] == "Line"
+    assert all(
+        figure.title in out
+        and document["rigs"][0]["classes"]["car"]["figures"][figure.key]["value"] is not None
+        for figure in leading_figures()
+    )
     assert {path.name for path in (tmp_path / "out").iterdir()} == {
         "screenshot.png",
         "rig.yaml",
