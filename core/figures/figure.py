@@ -48,7 +48,7 @@ class Estimate:
         return self.state != "none"
 
     def minus(self, before: Estimate) -> Estimate:
-        """Return the change from another estimate; none where either is none."""
+        """Return the change from another estimate, or the reason of the one that is missing."""
         lacking = next((one for one in (self, before) if not one.exists), None)
         return lacking or Estimate(self.value - before.value, state=self.state, reason=self.reason)
 

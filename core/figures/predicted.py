@@ -38,7 +38,7 @@ FOUND = ObjectFigure(
 
 
 def predicted_mean(counted: Counted) -> Estimate:
-    """Return the mean of predicted detection over classes; none where a class has none."""
+    """Return the mean of predicted detection over classes, or why it is missing: a class has no prediction."""
     found = [one.total["predicted"] for one in parts_by_class(counted, [PREDICTED]).values()]
     lacking = next((one for one in found if not one.exists), None)
     if lacking is not None:

@@ -149,6 +149,6 @@ def _arrow(figure: Figure, change: float) -> str:
 
 
 def _with_unit(digits: str, value: float, plus: str, unit: str) -> str:
-    """Return digits with the sign of a value, none where they are zero."""
+    """Return digits with the sign of a value; digits of zero have no sign."""
     sign = (MINUS if value < 0 else plus) if any(one in "123456789" for one in digits) else ""
     return f"{sign}{digits} {unit}".rstrip()

@@ -88,7 +88,7 @@ def better_of(column: str) -> Better:
 
 
 def near_best(column: str, values: Doubles, noise: Doubles | float = 0.0) -> NDArray[np.bool_]:
-    """Return which values (n,) of a column lie within their noise of the best; none where none is better."""
+    """Return which values (n,) of a column lie within their noise of the best; none without a direction."""
     better = better_of(column)
     if better == "neither" or np.isnan(values).all():
         return np.zeros(len(values), np.bool_)

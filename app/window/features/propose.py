@@ -216,7 +216,7 @@ class Propose(Feature):
 
     @property
     def _goal(self) -> Objective:
-        return objective_named("on_target" if self._asked is None else self._asked.options.objective)
+        return objective_named((USUAL if self._asked is None else self._asked.options).objective)
 
     def _ask(self, work: SearchWork, options: SearchOptions = SearchOptions(), sensor: str = "") -> None:
         number = self._number + 1
