@@ -90,7 +90,7 @@ def render(
     """
     from riglens.core.files import require_writable
     from riglens.rendering.display import prepare_drawing
-    from riglens.rendering.render import RenderRequest, as_drawn, drawn_score, score_and_draw
+    from riglens.rendering.render import RenderRequest, as_drawn, draw, drawn_score, scored_state
 
     picture = RenderRequest(
         Path(out), view, size_px, scale, class_name, heatmap, transparent=transparent, title=title,
@@ -102,7 +102,7 @@ def render(
     prepare_drawing()
     rig = as_drawn(rig, Path(mesh_folder), warn)
     settings = settings_of(drawn_score(rig, body))
-    score_and_draw(rig, scene.pog, scene.field, picture, baseline, settings, traffic)
+    draw(scored_state(rig, scene.pog, scene.field, picture, baseline, settings, traffic), picture)
 
 
 # ---------------------------------------------------------------- notebooks

@@ -31,7 +31,7 @@ from riglens.evaluation.loading import with_choice
 from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.evaluation.scenario import settings_of
 from riglens.rendering.display import prepare_drawing
-from riglens.rendering.render import RenderRequest, as_drawn, drawn_score, score_and_draw
+from riglens.rendering.render import RenderRequest, as_drawn, draw, drawn_score, scored_state
 from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, RayLook
 
 _TITLES = {heat.key: in_sentence(heat.title) for heat in heat_maps()}
@@ -137,7 +137,8 @@ def render(
     score = drawn_score(opened, score.body)
     pog, field = load_scene(scene, [opened], score)
     traffic = load_traffic(scene, WITHIN_M) if is_of_objects else None
-    score_and_draw(opened, pog, field, picture, baseline, settings_of(score), traffic, TERMINAL)
+    drawn = scored_state(opened, pog, field, picture, baseline, settings_of(score), traffic, TERMINAL)
+    draw(drawn, picture, TERMINAL)
     width, height = (side * picture.scale for side in picture.size_px)
     results(out).print(f"{out}: {width} x {height} pixels", soft_wrap=True)
 

@@ -128,21 +128,6 @@ class RenderRequest:
             )
 
 
-def score_and_draw(
-    rig: Rig,
-    pog: Pog,
-    field: EntropyField,
-    picture: RenderRequest,
-    baseline: Rig | None = None,
-    settings: MetricSettings = PAPER_SETTINGS,
-    traffic: Traffic | None = None,
-    monitor: Monitor = SILENT,
-) -> None:
-    """Evaluate a rig, and the baseline of a heatmap of changes, and draw it; call `prepare_drawing` before. InputError
-    for a heatmap of objects without traffic."""
-    _draw(scored_state(rig, pog, field, picture, baseline, settings, traffic, monitor), picture, monitor)
-
-
 def scored_state(
     rig: Rig,
     pog: Pog,
@@ -153,7 +138,8 @@ def scored_state(
     traffic: Traffic | None = None,
     monitor: Monitor = SILENT,
 ) -> SceneState:
-    """Evaluate a rig, and the baseline of a heatmap of changes, and return what is drawn."""
+    """Evaluate a rig, and the baseline of a heatmap of changes, and return what `draw` draws; call `prepare_drawing`
+    before. InputError for a heatmap of objects without traffic."""
     with monitor.stage("Casting rays"):
         engine = Engine(field)
         evaluation = engine.evaluate(rig, settings)
@@ -180,7 +166,7 @@ def draw_evaluated(
     """Draw a rig that has been evaluated with the voxels that it sees; call `prepare_drawing` before."""
     marks = Marks(evaluation.seen_by_any())
     cells = Heatmaps(DisplayGrid.build(pog, field)).drawn(SEEN_ENTROPY, picture.class_name, marks)
-    _draw(_state(field, evaluation, cells, picture), picture, monitor)
+    draw(_state(field, evaluation, cells, picture), picture, monitor)
 
 
 def drawn_score(rig: Rig, body: Body | None) -> ScoreOptions:
@@ -241,7 +227,8 @@ def _state(
     return with_words(state, words, Findings(rig, evaluation.scores, evaluation.settings, field))
 
 
-def _draw(state: SceneState, picture: RenderRequest, monitor: Monitor) -> None:
+def draw(state: SceneState, picture: RenderRequest, monitor: Monitor = SILENT) -> None:
+    """Draw a state into the file of a picture; InputError if it cannot be written."""
     from riglens.widgets.viewport.still import render_still
 
     with monitor.stage("Drawing"):
