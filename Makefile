@@ -38,7 +38,7 @@ test: setup-dev
 
 test-detect: setup-dev
 	@$(PYTHON) -c "import torch" 2>/dev/null || $(PYTHON) tools/install_torch.py
-	@$(PYTHON) -m pytest tests/core/detect tests/core/study/detection tests/app/studies/test_detection.py
+	@$(PYTHON) -m pytest tests/core/detect tests/core/study/detection tests/riglens/studies/test_detection.py
 
 # The kit asks for numpy 1: it is laid beside the packages, without what it asks for.
 DEVKIT := nuscenes-devkit==1.2.0 pyquaternion==0.9.9 cachetools shapely descartes opencv-python-headless scikit-learn \
