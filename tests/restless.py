@@ -42,6 +42,7 @@ from riglens.app.background.memory import trim
 from riglens.app.window.dialogs import Dialogs, Unsaved
 from riglens.app.window.main_window import MainWindow
 from riglens.app.window.start import open_window
+from riglens.core.formats.opening import open_rig
 from riglens.core.rig.presets import PRESETS
 from riglens.evaluation.options import SceneOptions, ScoreOptions
 from tests.bench.peak import MEGABYTE
@@ -349,7 +350,7 @@ def main(arguments: Sequence[str]) -> int:
         os._exit(code)
 
     QTimer.singleShot(0, use)
-    return open_window(options.rig, SceneOptions(), ScoreOptions())
+    return open_window(open_rig(options.rig), SceneOptions(), ScoreOptions())
 
 
 if __name__ == "__main__":

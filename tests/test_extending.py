@@ -44,6 +44,7 @@ from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.app.window.dialogs import rig_files
 from riglens.app.window.main_window import MainWindow
 from riglens.app.window.start import open_window
+from riglens.core.formats.opening import open_rig
 from riglens.widgets.panels.fields.edits import NumberEdit
 
 def look(result):
@@ -65,7 +66,7 @@ def begin():
 QApplication([])
 QTimer.singleShot(0, begin)
 scene = SceneOptions(boxes=Path("drive.boxlog"), voxel_m=0.5, roi_m=(20.0, 20.0, 4.0))
-open_window("front.acme", scene, ScoreOptions())
+open_window(open_rig("front.acme"), scene, ScoreOptions())
 """
 
 

@@ -19,6 +19,7 @@ from PySide6.QtWidgets import QApplication, QDockWidget
 
 from riglens.app.window.main_window import MainWindow
 from riglens.app.window.start import open_window
+from riglens.core.formats.opening import open_rig
 from riglens.evaluation.options import SceneOptions, ScoreOptions
 
 IMAGES = Path(__file__).resolve().parents[1] / "docs" / "images"
@@ -75,7 +76,7 @@ def draw(name: str) -> None:
     QTimer.singleShot(2000, app, act)
     with tempfile.TemporaryDirectory() as folder:
         os.environ |= {"RIGLENS_CONFIG_DIR": folder, "RIGLENS_STATE_DIR": folder}
-        open_window(rig, SceneOptions(), ScoreOptions())
+        open_window(open_rig(rig), SceneOptions(), ScoreOptions())
 
 
 if __name__ == "__main__":

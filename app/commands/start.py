@@ -37,13 +37,13 @@ def start(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
 def _with_window(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
     from riglens.core.formats.opening import open_rig
 
-    open_rig(rig)  # a wrong rig is told before anything large is loaded
+    opened = open_rig(rig)  # a wrong rig is told before anything large is loaded
     require_system_libraries("window")
     with leaving_on_interrupt():
         load_packages()
         from riglens.app.window.start import open_window
 
-        return open_window(rig, scene, score)
+        return open_window(opened, scene, score)
 
 
 def load_packages() -> None:

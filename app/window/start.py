@@ -17,7 +17,7 @@ from riglens.app.session.document import Document
 from riglens.app.window.main_window import MainWindow
 from riglens.app.window.settings import Settings
 from riglens.app.window.unexpected import failures_told
-from riglens.core.formats.opening import open_rig
+from riglens.core.formats.report import OpenedRig
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.sensing.kept import RAYS
 from riglens.evaluation.options import SceneOptions, ScoreOptions
@@ -32,14 +32,13 @@ KEPT_RAYS_BYTES = 160 << 20
 """Room for rays: enough to drag one camera of 2.5 megapixels, which takes 120 MB, not two of them."""
 
 
-def open_window(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
-    """Open the window on a rig (a file or a preset), run it and return the exit code.
+def open_window(opened: OpenedRig, scene: SceneOptions, score: ScoreOptions) -> int:
+    """Open the window on a rig, run it and return the exit code.
 
-    InputError when the rig cannot be read. Boxes are loaded in the background: the window is there at once,
+    Boxes are loaded in the background: the window is there at once,
     and says what is wrong with them.
     """
     share_memory()
-    opened = open_rig(rig)
     RAYS.limit_bytes = KEPT_RAYS_BYTES
     app = QApplication.instance() or QApplication(["riglens"])
     assert isinstance(app, QApplication)

@@ -6,17 +6,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from riglens.core.formats.mounts import ON_ROOF, SEDAN, Mounting, Origin, ReadOptions
-from riglens.core.formats.report import Notes, Report
+from riglens.core.formats.report import Notes, OpenedRig, Report
 from riglens.core.formats.source import Source
 from riglens.core.rig.model import Rig, Vehicle
-
-
-@dataclass(frozen=True)
-class Imported:
-    """A rig that was read, with a report on everything in the file."""
-
-    rig: Rig
-    report: Report
 
 
 @dataclass(frozen=True)
@@ -54,11 +46,12 @@ class Format:
         is_asked = self.has_folders if source.is_folder else source.suffix in self.suffixes
         return is_asked and self.recognises(source)
 
-    def read(self, source: Source, options: ReadOptions) -> Imported:
+    def read(self, source: Source, options: ReadOptions) -> OpenedRig:
         """Read a rig; raise InputError with file, field, what was found and what is accepted."""
         assert self.reads is not None
         mounting = Mounting(source.where, Notes(), options, self.vehicle, self.car, self.origin)
-        return Imported(self.reads(source, mounting), mounting.notes.report(self.title))
+        rig = self.reads(source, mounting)
+        return OpenedRig(rig, mounting.notes.report(self.title), mounting.file)
 
     def write(self, rig: Rig) -> Exported:
         """Return the files of a rig; raise InputError when it cannot be written."""

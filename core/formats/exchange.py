@@ -15,7 +15,7 @@ from riglens.core.formats.airsim import AIRSIM
 from riglens.core.formats.apollo import APOLLO
 from riglens.core.formats.argoverse import ARGOVERSE
 from riglens.core.formats.autoware import AUTOWARE
-from riglens.core.formats.base import Exported, Format, Imported
+from riglens.core.formats.base import Exported, Format
 from riglens.core.formats.boreas import BOREAS
 from riglens.core.formats.carla_agent import CARLA_AGENT
 from riglens.core.formats.carla_objects import CARLA
@@ -32,6 +32,7 @@ from riglens.core.formats.nuscenes import NUSCENES
 from riglens.core.formats.opencv_yaml import OPENCV
 from riglens.core.formats.osi import OSI
 from riglens.core.formats.pandaset import PANDASET
+from riglens.core.formats.report import OpenedRig
 from riglens.core.formats.riglens import RIGLENS
 from riglens.core.formats.source import FOREIGN_ENDINGS, YAML, Source
 from riglens.core.formats.urdf import URDF
@@ -98,26 +99,27 @@ def _is_other_yaml(source: Source) -> bool:
     return source.suffix in YAML and source.yaml.is_mapping and not own & source.yaml.raw.keys()
 
 
-def may_be_foreign(path: Path) -> bool:
-    """Return whether an existing file or folder may hold a rig of another program, without reading it whole."""
-    source = Source(path)
+def may_be_foreign(source: Source) -> bool:
+    """Return whether an existing file or folder may hold a rig of another program, without parsing it."""
     is_data = source.is_folder or source.suffix in endings()
     return source.path.exists() and is_data and not RIGLENS.fits(source)
 
 
 def read_rig(
-    path: str | os.PathLike[str],
+    path: str | os.PathLike[str] | Source,
     name: str | None = None,
     options: ReadOptions | None = None,
     clock: Clock = time.monotonic,
-) -> Imported:
+) -> OpenedRig:
     """Return the rig in a file or folder and the report on it; the format is detected unless `name` gives it.
 
     All its files together may take MAX_RIG_S by the `clock`.
 
     Raise InputError with file, field, what was found and what is accepted.
     """
-    source = Source(path, ReadingTime(shown_path(Path(path)), MAX_RIG_S, clock))
+    if not isinstance(path, Source):
+        path = Source(path, ReadingTime(shown_path(path), MAX_RIG_S, clock))
+    source = path
     format_ = detect(source) if name is None else format_called(name, readable())
     if not source.path.exists():
         raise InputError(f"{source.where}: no such file or folder")

@@ -18,6 +18,7 @@ from riglens.core.formats.report import Notes
 from riglens.core.geometry import Pose, Vec3
 from riglens.core.rig.library import Entry, default_library
 from riglens.core.rig.model import MAX_SENSORS, Rig, Sensor, Vehicle
+from riglens.core.rig.yaml.file import RigFile
 from riglens.core.rig.yaml.nodes import shortened
 from riglens.core.rig.yaml.problems import problem_text, problems
 from riglens.core.sensors.lidar import LIDAR
@@ -79,7 +80,8 @@ ACTOR = Origin("the vehicle's actor in CARLA", lambda _: (0.0, 0.0, 0.0), is_kno
 class Mounting:
     """Collector of the sensors of a file, with what the options, else the file, else its format say of the vehicle.
 
-    `car` describes the vehicle that is assumed, empty where the file has one.
+    `car` describes the vehicle that is assumed, empty where the file has one; `file` is RigLens' own rig file, if the
+    source is one.
     """
 
     where: str
@@ -89,6 +91,7 @@ class Mounting:
     car: str
     origin: Origin
     sensors: list[Sensor] = field(default_factory=list)
+    file: RigFile | None = None
 
     @property
     def vehicle(self) -> Vehicle:

@@ -7,6 +7,9 @@ from dataclasses import dataclass
 from dataclasses import field as data_field
 from typing import Literal
 
+from riglens.core.rig.model import Rig
+from riglens.core.rig.yaml.file import RigFile
+
 Kind = Literal["read", "written", "converted", "approximated", "ignored"]
 KINDS: tuple[Kind, ...] = ("read", "written", "converted", "approximated", "ignored")
 _NAMED = 4
@@ -64,6 +67,15 @@ class Report:
 
 def _remedy(remark: Remark, name: Callable[[str], str]) -> str:
     return f"; {name(remark.field)} changes it" if remark.field else ""
+
+
+@dataclass(frozen=True)
+class OpenedRig:
+    """A rig, the `report` on everything in the file that it was read from, and its `file` if it is a rig file."""
+
+    rig: Rig
+    report: Report | None = None
+    file: RigFile | None = None
 
 
 @dataclass

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 from riglens.core.errors import InputError
-from riglens.core.files import open_regular
 from riglens.core.formats.base import Format
 from riglens.core.formats.mounts import Mounting
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import YAML, Source
 from riglens.core.rig.model import Rig
-from riglens.core.rig.yaml.file import dumps, load_rig
-from riglens.core.rig.yaml.nodes import MAX_BYTES
+from riglens.core.rig.ray_file import reader_in
+from riglens.core.rig.yaml.file import dumps, loads
 
 _HEAD = re.compile(r"^['\"]?riglens['\"]?\s*:", re.MULTILINE)
 
@@ -20,15 +20,15 @@ _HEAD = re.compile(r"^['\"]?riglens['\"]?\s*:", re.MULTILINE)
 def recognises(source: Source) -> bool:
     """Return whether this is a YAML file with the key riglens, or an unreadable one, for its error message."""
     try:
-        with open_regular(source.path, "a rig file") as stream:
-            return _HEAD.search(stream.read(MAX_BYTES).decode("utf-8", "replace")) is not None
-    except (OSError, InputError):
+        return _HEAD.search(source.text) is not None
+    except InputError:
         return True
 
 
 def read(source: Source, mounting: Mounting) -> Rig:
     """Return the rig unchanged, except for a vehicle or rear axle that the user names."""
-    rig, notes, options = load_rig(source.path).rig, mounting.notes, mounting.options
+    file = replace(loads(source.written, source.where, reader_in(source.folder)), path=source.path)
+    mounting.file, rig, notes, options = file, file.rig, mounting.notes, mounting.options
     vehicle = options.vehicle_or(rig.vehicle)
     if vehicle != rig.vehicle:
         notes.converted("vehicle replaced by the one given")

@@ -278,7 +278,6 @@ MAX_DOTS = 500
 """In a line of TOML; the parser's time grows with the square of a key's parts."""
 MAX_BYTES = {
     ".json": MAX_JSON_BYTES,
-    **dict.fromkeys(YAML, MAX_YAML_BYTES),
     ".py": MAX_CODE_BYTES,
     ".toml": MAX_TOML_BYTES,
 }
@@ -334,11 +333,16 @@ class Source:
         return Source(path, self.time)
 
     @cached_property
-    def text(self) -> str:
-        """The text of the file, UTF-8; raise InputError when it is missing, too large or not text."""
+    def written(self) -> str:
+        """The text of the file, UTF-8, with its byte order mark; raise InputError when it cannot be had."""
         self.time.check()
         limit = MAX_BYTES.get(self.suffix, MAX_TEXT_BYTES)
-        return read_text(self.path, "a rig file", limit, self.is_packed).removeprefix(_BOM)
+        return read_text(self.path, "a rig file", limit, self.is_packed)
+
+    @property
+    def text(self) -> str:
+        """The text of the file, UTF-8; raise InputError when it is missing, too large or not text."""
+        return self.written.removeprefix(_BOM)
 
     @cached_property
     def json(self) -> Value:

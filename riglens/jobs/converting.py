@@ -41,6 +41,6 @@ def _read(
     elif source_format is None and (preset := find_preset(os.fspath(source))) is not None:
         rig = preset.rig()
     else:
-        imported = read_rig(source, source_format, options)
-        return imported.rig, imported.report
+        opened = read_rig(source, source_format, options)
+        return opened.rig, opened.report
     return rig.replace(vehicle=options.vehicle_or(rig.vehicle)), None

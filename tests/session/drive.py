@@ -20,6 +20,7 @@ from PySide6.QtWidgets import QApplication, QComboBox, QPushButton
 
 from riglens.app.window.main_window import MainWindow
 from riglens.app.window.start import open_window
+from riglens.core.formats.opening import open_rig
 from riglens.core.rig.presets import PRESETS
 from riglens.core.rig.yaml.file import dumps, load_rig
 from riglens.evaluation.options import SceneOptions, ScoreOptions
@@ -241,7 +242,7 @@ def main(part: str, folder: Path) -> int:
 
     QTimer.singleShot(0, use)
     rig = str(folder / "session.yaml") if part == "recover" else "W+T"
-    return open_window(rig, SceneOptions(), ScoreOptions())
+    return open_window(open_rig(rig), SceneOptions(), ScoreOptions())
 
 
 if __name__ == "__main__":

@@ -14,8 +14,7 @@ from riglens.app.window.actions import Spec, menu_button
 from riglens.app.window.feature import Feature
 from riglens.app.window.workbench import Workbench
 from riglens.core.errors import InputError
-from riglens.core.formats.opening import OpenedRig, open_rig_file
-from riglens.core.formats.report import KINDS, Kind, Report
+from riglens.core.formats.report import KINDS, Kind, OpenedRig, Report
 from riglens.core.rig.model import Rig
 from riglens.core.rig.presets import PRESETS, preset
 from riglens.core.sensing.kept import RAYS
@@ -26,13 +25,14 @@ from riglens.widgets.panels.controls.style import plain_tip
 
 if TYPE_CHECKING:
     from riglens.core.formats.base import Format
+    from riglens.core.formats.source import Source
 
 
 class Files(Feature):
     """Commands that open and save the document."""
 
     foreign_chosen = Signal(object)
-    """The path of a file or folder that another program may have written was chosen to be opened."""
+    """A file or folder (`Source`) that another program may have written was chosen to be opened."""
 
     specs = (
         Spec("new", "New", "Start with a car without sensors.", "Ctrl+N", "", "file/new"),
@@ -63,14 +63,20 @@ class Files(Feature):
 
     def _open(self, path: Path) -> None:
         """Open a rig file, or have one of another program read."""
-        from riglens.core.formats.exchange import (
-            may_be_foreign,  # many formats: not while the window opens
-        )
+        from riglens.core.formats.exchange import may_be_foreign  # many formats: not while the window opens
+        from riglens.core.formats.source import Source
 
-        if may_be_foreign(path):
-            self.foreign_chosen.emit(path)
+        source = Source(path)
+        if may_be_foreign(source):
+            self.foreign_chosen.emit(source)
         else:
-            self.bench.guarded(self.document.open)(path)
+            self.bench.guarded(self._show)(source)
+
+    def _show(self, source: Source) -> None:
+        from riglens.core.formats.exchange import read_rig
+
+        opened = read_rig(source)
+        self.document.show(opened.rig, opened.file, source.path)
 
     def open_path(self, path: Path) -> None:
         """Open a rig file that was chosen elsewhere."""
@@ -226,19 +232,23 @@ class Exchange(Feature):
                 action.setObjectName(f"export_{name}")
                 action.setToolTip("Makes a folder" if format_.is_folder else "Makes a file")
 
-    def read(self, path: Path) -> None:
+    def read(self, source: Source) -> None:
         """Read the rig of another program in the background; then it is shown, and the report on it."""
-        self.bench.tasks.run(f"Reading {path.name}", lambda _: open_rig_file(path), done=self._show)
+        from riglens.core.formats.exchange import read_rig
+
+        self.bench.tasks.run(f"Reading {source.path.name}", lambda _: read_rig(source), done=self._show)
 
     def _show(self, opened: OpenedRig) -> None:
-        path = opened.file.path if opened.file is not None else None
-        self.document.show(opened.rig, opened.file, path)
+        self.document.show(opened.rig)
         self.show_report(opened.report)
 
     def rig_of(self, path: Path) -> Rig:
         """Return the rig of a file to compare with; show a report if the file comes from another program."""
-        opened = open_rig_file(path)
-        self.show_report(opened.report)
+        from riglens.core.formats.exchange import read_rig
+
+        opened = read_rig(path)
+        if opened.file is None:
+            self.show_report(opened.report)
         return opened.rig
 
     def export(self, format_: Format) -> None:

@@ -13,10 +13,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from riglens.core.formats.base import Imported
 from riglens.core.formats.exchange import FORMATS, read_rig
 from riglens.core.formats.mounts import ReadOptions
-from riglens.core.formats.report import Report
+from riglens.core.formats.report import OpenedRig, Report
 from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig, Sensor, Vehicle
 
 Matrix = NDArray[np.float64]
@@ -75,7 +74,7 @@ def write_files(folder: Path, files: Files) -> Path:
     return folder
 
 
-def read_files(files: Files, name: str | None = None, options: ReadOptions | None = None) -> Imported:
+def read_files(files: Files, name: str | None = None, options: ReadOptions | None = None) -> OpenedRig:
     """Read files that are written for it: the file alone where it is one, else the folder."""
     with tempfile.TemporaryDirectory() as made:
         folder = write_files(Path(made) / "rig", files)

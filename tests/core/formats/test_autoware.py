@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 
 from riglens.core.errors import InputError
-from riglens.core.formats.base import Imported
 from riglens.core.formats.exchange import detect, read_rig
 from riglens.core.formats.frames import kind_of
 from riglens.core.formats.mounts import ReadOptions
+from riglens.core.formats.report import OpenedRig
 from riglens.core.formats.source import Source
 from riglens.core.rig.model import Vehicle
 from tests.core.formats.cases import KALIBR, VEHICLE, lidar, rig_of, write_files
@@ -32,7 +32,7 @@ INFO = """\
 """
 
 
-def kit(folder: Path, *frames: str, base: str = ON_BASE, **more: str) -> Imported:
+def kit(folder: Path, *frames: str, base: str = ON_BASE, **more: str) -> OpenedRig:
     """A kit with those frames, and other files by names in which double underscores stand for slashes."""
     rows = "".join(f"  {frame}: {ZERO}\n" for frame in frames)
     files = {
@@ -42,7 +42,7 @@ def kit(folder: Path, *frames: str, base: str = ON_BASE, **more: str) -> Importe
     return read_rig(write_files(folder, files), **more)  # type: ignore[arg-type]
 
 
-def sensors(imported: Imported) -> dict[str, str]:
+def sensors(imported: OpenedRig) -> dict[str, str]:
     return {sensor.name: sensor.kind for sensor in imported.rig.sensors}
 
 

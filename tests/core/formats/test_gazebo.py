@@ -4,14 +4,14 @@ import math
 
 import pytest
 
-from riglens.core.formats.base import Imported
+from riglens.core.formats.report import OpenedRig
 from riglens.core.rig.model import Lidar
 from riglens.core.sensors.ultrasonic import Ultrasonic
 from tests.core.formats.cases import read_files
 from tests.core.formats.test_reports import has
 
 
-def robot(*parts: str) -> Imported:
+def robot(*parts: str) -> OpenedRig:
     """A robot with a mast, of which some parts say what it carries."""
     links = "".join(f"<link name='{name}'/>" for name in ("base_link", "mast", "front_scan"))
     joints = "".join(

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from riglens.core.formats import lidar_points
-from riglens.core.formats.base import Imported
 from riglens.core.formats.exchange import read_rig
+from riglens.core.formats.report import OpenedRig
 from tests.core.formats.cases import write_files
 from tests.core.formats.test_reports import has, tables
 
@@ -33,7 +33,7 @@ def sweep(beams_deg: Sequence[float] = BEAMS_DEG, per_ring: int = 300, values: i
     return points[:, :values].tobytes()
 
 
-def with_sweep(folder: Path, content: bytes, said: str = SWEEP) -> Imported:
+def with_sweep(folder: Path, content: bytes, said: str = SWEEP) -> OpenedRig:
     """The rig of another car's tables, which name a sweep of its LiDAR."""
     files = tables(("LIDAR_LEFT", "CAM_FRONT"), (1920, 1080))
     rows = json.loads(files["sample_data.json"])

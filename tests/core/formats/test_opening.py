@@ -1,7 +1,9 @@
 """Whatever a user names as a rig is found: a preset, a rig file, a file of another program."""
 
+import os
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -39,6 +41,23 @@ def test_a_rig_file_is_found_by_its_path_and_comes_with_its_file(
     assert open_rig(tmp_path / "mine").rig == load_rig("mine").rig
     with pytest.raises(InputError, match=r"^w\+t\.yaml: no such file"):
         open_rig("w+t.yaml")
+
+
+def test_a_rig_file_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also that of another program: what recognises a format and what reads it share the text."""
+    new_rig_file(preset("Line")).save(tmp_path / "mine.yaml")
+    exchange.write_rig(preset("Line"), tmp_path / "line.urdf")
+    opened: list[str] = []
+    open_file = os.open
+
+    def counted(path: str, *rest: Any) -> int:
+        opened.append(os.fspath(path))
+        return open_file(path, *rest)
+
+    monkeypatch.setattr(os, "open", counted)
+    for path in (tmp_path / "mine.yaml", tmp_path / "line.urdf"):
+        open_rig(path)
+        assert opened.count(str(path)) == 1
 
 
 def test_a_file_of_another_program_comes_with_a_report_and_without_a_file(tmp_path: Path) -> None:

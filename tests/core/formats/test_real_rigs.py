@@ -10,9 +10,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from riglens.core.errors import InputError
-from riglens.core.formats.base import Imported
 from riglens.core.formats.exchange import FORMATS, read_rig
 from riglens.core.formats.mounts import ReadOptions
+from riglens.core.formats.report import OpenedRig
 from riglens.core.rig.model import Lidar, Rig, Sensor
 from tests.core.formats.cases import (
     Matrix,
@@ -167,7 +167,7 @@ def test_autoware_kits_are_chained_to_base_link(shared_data: Path, parts: tuple[
     everything_comes_back(imported.rig)
 
 
-def assert_nothing_is_lost(imported: Imported, frames: dict[str, Matrix]) -> None:
+def assert_nothing_is_lost(imported: OpenedRig, frames: dict[str, Matrix]) -> None:
     """Every frame is a sensor, one that others hang on, or named as left out."""
     left_out = {name for remark in imported.report.of_kind("ignored") for name in remark.about}
     names = {sensor.name for sensor in imported.rig.sensors}
