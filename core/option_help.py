@@ -1,4 +1,4 @@
-"""Define the help of an option, which stands beside its type in the class of options."""
+"""Define the help of an option, which stands beside its type in the class of options; and help that several have."""
 
 from __future__ import annotations
 
@@ -12,3 +12,13 @@ class OptionHelp(NamedTuple):
     metavar: str
     help: str
     option: str = ""
+
+
+SHAPE = OptionHelp(
+    "", "class: cars have glass and a gap below, cyclists and pedestrians are slim; box: plain boxes."
+)
+RANGE_LAW = OptionHelp("on|off", "on: returns from far or oblique surfaces may get lost.")
+PHASE = OptionHelp(
+    "",
+    "random: each LiDAR is rotated in each frame by a fraction of its azimuth step; 0: azimuths as listed.",
+)

@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from riglens.arguments import ClassName, StrPath, require_kind, scene_options, warn, warn_of_data
 from riglens.core.engine.audit import audit as audit_rig
-from riglens.core.engine.engine import Engine, evaluate_from_scratch
-from riglens.core.figures.evaluated import Evaluated, EvaluationSettings, Evaluator
+from riglens.core.engine.engine import Engine
+from riglens.core.figures.evaluated import Evaluated, EvaluationSettings
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import DEFAULT_LAMBDA, Body, Method, Reading
 from riglens.core.rig.body_mesh import BodyMesh
@@ -28,6 +28,7 @@ from riglens.core.targets.traffic import Traffic
 from riglens.core.vehicle.mesh_file import with_mesh_read
 from riglens.evaluation.options import ScoreOptions
 from riglens.evaluation.scenario import load_scenario, settings_of
+from riglens.jobs.evaluating import evaluated_rigs
 from riglens.results import AuditResult, RigResult
 
 if TYPE_CHECKING:
@@ -189,12 +190,8 @@ def score(
     """
     options = ScoreOptions(method, reading, camera_weight, threads, body)
     rig = with_blocking_mesh(rig, options.body_of(rig), mesh_folder)
-    (found,) = evaluate_from_scratch(scene.field, [rig], settings_of(options), threads)
     settings = EvaluationSettings(settings_of(options), TargetSettings(body=options.body))
-    counted = None
-    if traffic is not None:
-        counted = Evaluator(None, traffic, settings, threads)(rig, ("objects",)).objects
-    evaluated = Evaluated(rig, settings, scene.field, found, counted)
+    (evaluated,) = evaluated_rigs([rig], scene.field, traffic, settings, threads=threads)
     return RigResult(scene.pog, scene.field, evaluated)
 
 

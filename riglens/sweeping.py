@@ -15,11 +15,10 @@ from riglens.core.metric.scores import DEFAULT_LAMBDA, Body, Method, Reading
 from riglens.core.rig.model import Rig
 from riglens.core.sweep.design import Span, Sweep
 from riglens.core.sweep.table import document_of, header_of, main_figures, write
-from riglens.core.targets.calibration import read_calibration
-from riglens.core.targets.settings import Phase, TargetSettings
+from riglens.core.targets.settings import Phase
 from riglens.core.targets.shapes import Shape
 from riglens.core.targets.traffic import WITHIN_M
-from riglens.evaluation.options import ScoreOptions
+from riglens.evaluation.options import CountOptions, ScoreOptions
 from riglens.results import Result, Rows
 from riglens.scenes import with_blocking_meshes
 
@@ -144,10 +143,10 @@ def sweep(
         roi_m=roi_m, pog=pog, surroundings=surroundings, occluders=occluders,
     )  # fmt: skip
     score = ScoreOptions(method, reading, camera_weight, threads, body)
-    curves = None if calibration is None else read_calibration(Path(calibration))
-    counting = TargetSettings(shape, range_law, phase, seed, min_points, score.body, curves)
+    curves = None if calibration is None else Path(calibration)
+    count = CountOptions(within_m, sample, shape, range_law, phase, seed, min_points, curves)
     several = with_blocking_meshes(rigs, score, mesh_folder)
-    options = sweep_options(several, scene, counting, within_m, sample, score, compute, blind_m)
+    options = sweep_options(several, scene, count, score, compute, blind_m)
     with tempfile.TemporaryDirectory(prefix="riglens-") as folder:
         path = Path(folder) / "sweep.parquet" if out is None else Path(out)
         loaded = LoadedSweep(Sweep.of(several, made), options, made.kind, threads)

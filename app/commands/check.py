@@ -12,10 +12,9 @@ from cyclopts import Parameter
 from rich.table import Table
 from rich.text import Text
 
-from riglens.app.commands.evaluate import wrong_places
 from riglens.app.commands.options import Json, Profiles, RigArguments, RunArguments, SceneArguments, command
 from riglens.app.commands.output import deliver, require_outputs
-from riglens.app.terminal.console import TERMINAL, note, results
+from riglens.app.terminal.console import TERMINAL, results
 from riglens.app.terminal.loading import load_rigs
 from riglens.app.terminal.tables import table
 from riglens.core.errors import InputError
@@ -25,6 +24,7 @@ from riglens.core.review.findings import Status, Verdict
 from riglens.core.review.requirements import Requirements
 from riglens.core.rig.yaml.checked import line_of
 from riglens.core.shown_text import visible
+from riglens.evaluation.loading import note_mounts
 from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.jobs.checking import Checked, CheckInputs, checked, scene_for
 
@@ -79,8 +79,7 @@ def check(
     require_outputs((*rigs, requirements, *profiles, *scene.files), json, junit)
     traffic = scene_for(scene, loaded, score, required, TERMINAL)
     if required.mounts is None:  # which has verdicts on them
-        for line in wrong_places(loaded):
-            note(line)
+        note_mounts(loaded, TERMINAL)
     found = checked(loaded, score, traffic, asked, TERMINAL)
     if junit is not None:
         _write_junit(junit, found)

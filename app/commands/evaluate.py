@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Annotated
+from dataclasses import fields
+from pathlib import Path
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
@@ -12,17 +13,14 @@ from riglens.app.commands.options import (
     CountArguments,
     EverythingArguments,
     JsonFigures,
-    Parts,
     RigArguments,
     RigNames,
     ScoreArguments,
     Surroundings,
     command,
 )
-from riglens.evaluation.options import SceneOptions, ScoreOptions
-
-if TYPE_CHECKING:
-    from riglens.core.rig.model import Rig
+from riglens.core.errors import InputError
+from riglens.evaluation.options import CountOptions, SceneOptions, ScoreOptions
 
 
 @command
@@ -31,8 +29,9 @@ def evaluate(
     targets: Annotated[bool | None, Parameter(group=COUNT, negative="--no-targets")] = None,
     scene: EverythingArguments = SceneOptions(),
     surroundings: Surroundings = None,
-    by: Parts = "ring",
-    count: CountArguments = CountArguments(),
+    by: Annotated[Literal["ring", "sector"], Parameter(group=COUNT)] = "ring",
+    count: CountArguments = CountOptions(),
+    objects: Annotated[Path | None, Parameter(group=COUNT, metavar="FILE.csv|.parquet")] = None,
     reading: RigArguments = RigArguments(),
     score: ScoreArguments = ScoreOptions(),
     json: JsonFigures = None,
@@ -49,57 +48,62 @@ def evaluate(
         block: houses, walls and poles of the bundled scenario hide objects too (ignored).
     by
         Parts of the table of objects, for one rig: rings of 10 m of distance, or sectors of 45° around the car.
+    objects
+        Also write one row per object to a table; for one rig.
     """
     # --help needs nothing of this
-    from riglens.app.commands.output import deliver
-    from riglens.app.commands.targets import (
-        count_hits,
-        count_settings,
-        require_count_outputs,
-        require_countable,
-    )
-    from riglens.app.terminal.console import note
-    from riglens.app.terminal.figures import evaluated_rigs, print_leading
+    from riglens.app.commands.output import deliver, require_outputs
+    from riglens.app.terminal.console import TERMINAL
+    from riglens.app.terminal.figures import print_leading
     from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic
-    from riglens.app.terminal.scores import print_scene, print_scores, score_rigs
+    from riglens.app.terminal.objects import print_objects, write_objects
+    from riglens.app.terminal.scores import print_scene, print_scores
     from riglens.core.figures.documents import evaluation_document
+    from riglens.core.figures.evaluated import EvaluationSettings
+    from riglens.core.files import require_ending
+    from riglens.core.targets.traffic import require_within
+    from riglens.evaluation.loading import note_mounts
     from riglens.evaluation.scenario import settings_of
+    from riglens.jobs.evaluating import evaluated_rigs
 
     with_objects = scene.pog is None if targets is None else targets
     if not with_objects:
-        count.require_unused(scene, surroundings, by)
+        _require_unused(count, surroundings=surroundings, occluders=scene.occluders, by=by, objects=objects)
     loaded = load_rigs(rigs, score, reading.libraries, reading.housings)
-    require_count_outputs(count, loaded, (*rigs, *scene.files), json, by)
-    how = None
+    require_ending("objects", objects, ".csv", ".parquet")
+    for name in _said(objects=objects, by=by) if len(loaded) > 1 else []:
+        raise InputError(f"is for one rig (got {len(loaded)} rigs)", name)
+    require_outputs((*rigs, *scene.files), json, objects)
     if with_objects:  # what is refused is refused in one line: before notes, and before the data are read
-        require_countable(scene, count)
-        how = count_settings(count, score)
+        if scene.pog is not None:
+            raise InputError("needs a box data set: a stored POG holds no objects", "targets")
+        require_within(count.within_m)
+    settings = EvaluationSettings(settings_of(score), count.settings(score.body))
     _, field = load_scene(scene, loaded, score)
-    traffic = None if how is None else load_traffic(scene.surrounded(surroundings), count.within_m)
-    for line in wrong_places(loaded):
-        note(line)
-    evaluations = score_rigs(loaded, field, score)
-    found = None
-    if how is not None and traffic is not None:
-        found = count_hits(loaded, traffic, how, count, score)
-    evaluated = evaluated_rigs(evaluations, [] if found is None else found.counted, field, score)
-    document = evaluation_document(field, settings_of(score), evaluated)
+    traffic = load_traffic(scene.surrounded(surroundings), count.within_m) if with_objects else None
+    note_mounts(loaded, TERMINAL)
+    found = evaluated_rigs(loaded, field, traffic, settings, count.sample, score.threads, TERMINAL)
+    counted = [one.objects for one in found if one.objects is not None]
+    if objects is not None:
+        write_objects(objects, counted[0])
 
     def show() -> None:
         print_scene(field, loaded, score)
-        print_leading(evaluated)
-        if found is not None and (targets or by != "ring"):
-            found.show(by)
-        print_scores(evaluations, score)
+        print_leading(found)
+        if counted and (targets or by != "ring"):
+            print_objects(counted, by)
+        print_scores([one.voxels for one in found if one.voxels is not None], score)
 
-    deliver(document, json, show)
+    deliver(evaluation_document(field, settings.metric, found), json, show)
 
 
-def wrong_places(rigs: Sequence[Rig]) -> Iterator[str]:
-    """Yield one line for each sensor with an impossible mount; none for a body that was not read."""
-    from riglens.core.vehicle.standing import mount_statuses, problems_in_short
+def _require_unused(count: CountOptions, **others: object) -> None:
+    """Raise InputError when an option was given that means nothing without objects."""
+    said = [one.name for one in fields(count) if getattr(count, one.name) != one.default]
+    for name in (*said, *_said(**others)):
+        raise InputError("counts objects: leave out", name, "no_targets")
 
-    for rig in rigs:
-        if not rig.vehicle.lacks_mesh:
-            for line in problems_in_short(mount_statuses(rig)):
-                yield f"{rig.name}: {line}"
+
+def _said(**options: object) -> list[str]:
+    """Return the options of objects that were given."""
+    return [name for name, value in options.items() if value not in (None, "ring")]

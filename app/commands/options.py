@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import wraps
 from pathlib import Path
 from typing import Annotated, Any, Literal, ParamSpec, TypeVar, get_args, get_type_hints
@@ -12,11 +12,10 @@ from typing import Annotated, Any, Literal, ParamSpec, TypeVar, get_args, get_ty
 from cyclopts import Group, Parameter, Token
 
 from riglens.app.terminal.console import is_standard_output
-from riglens.core.errors import InputError
 from riglens.core.metric.scores import Body
 from riglens.core.option_help import OptionHelp
 from riglens.evaluation.names import option_of
-from riglens.evaluation.options import DASK, GRID, LIBRARY, READING, SceneOptions, ScoreOptions
+from riglens.evaluation.options import DASK, GRID, LIBRARY, READING, CountOptions, SceneOptions, ScoreOptions
 
 SCENE = Group("Scene: boxes and grid", sort_key=10)
 SCORE = Group("Score", sort_key=20)
@@ -91,8 +90,6 @@ JsonFigures = Annotated[
 ]
 Profiles = Annotated[tuple[Path, ...], Parameter(name="--profile", metavar="FILE", show_default=False)]
 Surroundings = Annotated[Literal["ignored", "block"] | None, Parameter(name="--surroundings", group=SCENE)]
-Parts = Annotated[Literal["ring", "sector"], Parameter(name="--by", group=COUNT)]
-"""Split of a table of objects, for a single rig."""
 Libraries = Annotated[
     tuple[Path, ...],
     Parameter(
@@ -136,7 +133,7 @@ def all_of(options: type, group: Group | None = None, others: Mapping[str, Group
 def command(function: Callable[P, R]) -> Callable[P, R]:
     """Let the command line see each field of a command's options, `Annotated` with `Taken`, as an option of its own."""
     hints = get_type_hints(function, include_extras=True)
-    options = dict[str, tuple[type, Sequence[str], set[str]]]()
+    options = dict[str, tuple[Any, Sequence[str], set[str]]]()
     parameters = list[inspect.Parameter]()
     for name, parameter in inspect.signature(function).parameters.items():
         hint = hints[name]
@@ -144,16 +141,16 @@ def command(function: Callable[P, R]) -> Callable[P, R]:
         if how is None:
             parameters.append(parameter.replace(annotation=hint))
             continue
-        options[name] = hint.__origin__, tuple(how.groups), _switches(hint.__origin__)
-        parameters += _parameters(name, hint.__origin__, how)
+        options[name] = parameter.default, tuple(how.groups), _switches(hint.__origin__)
+        parameters += _parameters(name, parameter.default, how)
 
     @wraps(function)
     def run(*inputs: P.args, **given: P.kwargs) -> R:
-        for name, (kind, names, switches) in options.items():
+        for name, (usual, names, switches) in options.items():
             said = {one: given.pop(f"{name}_{one}") for one in names if f"{name}_{one}" in given}
             said |= {one: said[one] == "on" for one in said.keys() & switches}
             if said:
-                given[name] = kind(**said)
+                given[name] = replace(usual, **said)
         return function(*inputs, **given)
 
     run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
@@ -168,12 +165,12 @@ def _switches(options: type) -> set[str]:
     return {name for name, one in said.items() if isinstance(one, OptionHelp) and one.metavar == ON_OFF}
 
 
-def _parameters(owner: str, options: type, how: Taken) -> Iterator[inspect.Parameter]:
-    hints = get_type_hints(options, localns={"Rig": object}, include_extras=True)
-    defaults = {one.name: one.default for one in fields(options)}
+def _parameters(owner: str, usual: Any, how: Taken) -> Iterator[inspect.Parameter]:
+    """Yield the options of a command, with the defaults that its function states."""
+    hints = get_type_hints(type(usual), localns={"Rig": object}, include_extras=True)
     for name, group in how.groups.items():
         kind, said = get_args(hints[name])
-        default = defaults[name]
+        default = getattr(usual, name)
         if said.metavar == ON_OFF:
             kind, said = Literal["on", "off"], said._replace(metavar="")
             default = "on" if default else "off"
@@ -222,6 +219,7 @@ RunArguments = Annotated[ScoreOptions, taken(SCORE, *_RUN)]
 WindowArguments = Annotated[ScoreOptions, taken(SCORE, "camera_weight", *_RUN)]
 BodyArguments = Annotated[ScoreOptions, taken(SCORE, "body")]
 ThreadArguments = Annotated[ScoreOptions, taken(SCORE, "threads")]
+CountArguments = Annotated[CountOptions, all_of(CountOptions, COUNT)]
 
 
 @Parameter(name="*")
@@ -238,40 +236,3 @@ class RigArguments:
             "(as set in each rig).",
         ),
     ] = None
-
-
-@Parameter(name="*")
-@dataclass(frozen=True)
-class CountArguments:
-    """Settings of counting points and pixels on objects."""
-
-    within_m: Annotated[float, Parameter(name="--within", group=COUNT, metavar="M")] = 60.0
-    """Count objects within this distance of the car, in metres."""
-    sample: Annotated[int | None, number(COUNT)] = None
-    """Number of frames to use, drawn at random; ± is two standard errors (all frames)."""
-    shape: Annotated[Literal["class", "box"], Parameter(group=COUNT)] = "class"
-    """class: cars have glass and a gap below, cyclists and pedestrians are slim; box: plain boxes."""
-    range_law: Annotated[Literal["on", "off"], Parameter(group=COUNT)] = "on"
-    """on: returns from far or oblique surfaces may get lost."""
-    phase: Annotated[Literal["random", "0"], Parameter(group=COUNT)] = "random"
-    """random: each LiDAR is rotated in each frame by a fraction of its azimuth step; 0: azimuths as listed."""
-    seed: Annotated[int, number(COUNT)] = 0
-    """Seed of the random draws."""
-    min_points: Annotated[int, number(COUNT)] = 5
-    """Number of LiDAR points that make an object detectable."""
-    calibration: Annotated[Path | None, Parameter(group=COUNT, metavar="FILE")] = None
-    """Calibration of predicted detection, from `riglens calibrate` (default: the bundled one)."""
-    objects: Annotated[Path | None, Parameter(group=COUNT, metavar="FILE.csv|.parquet")] = None
-    """Also write one row per object to a table; for one rig."""
-
-    def __post_init__(self) -> None:
-        if self.sample is not None and self.sample < 1:
-            raise InputError(f"must be an integer ≥ 1 (got {self.sample})", "sample")
-
-    def require_unused(self, scene: SceneOptions, surroundings: str | None, by: Parts) -> None:
-        """Raise InputError when an option was given that means nothing without objects."""
-        said = [one.name for one in fields(self) if getattr(self, one.name) != one.default]
-        said += ["surroundings"] * (surroundings is not None) + ["occluders"] * (scene.occluders is not None)
-        said += ["by"] * (by != "ring")
-        for name in said[:1]:
-            raise InputError("counts objects: leave out", name, "no_targets")

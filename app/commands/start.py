@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from riglens.app.launch.interrupt import leaving_on_interrupt
 from riglens.core.errors import InputError
 from riglens.core.files import require_writable, write_file
-from riglens.evaluation.options import DEFAULT_RIG, PAPER_RIG, SceneOptions, ScoreOptions
+from riglens.evaluation.options import DEFAULT_RIG, PAPER_RIG, CountOptions, SceneOptions, ScoreOptions
 from riglens.rendering.display import missing_display, prepare_drawing
 from riglens.rendering.system_libraries import require_system_libraries
 
@@ -73,16 +73,16 @@ def _without_window(rig: str, scene: SceneOptions, score: ScoreOptions, problem:
 
 def _score_and_draw(rigs: Sequence[Rig], scene: SceneOptions, score: ScoreOptions) -> None:
     """Evaluate rigs, print the figures, and write them as JSON, with the first rig as a picture and as YAML."""
-    from riglens.app.commands.options import CountArguments
-    from riglens.app.commands.targets import count_hits, count_settings
     from riglens.app.terminal.console import TERMINAL, results
-    from riglens.app.terminal.figures import evaluated_rigs, print_leading
+    from riglens.app.terminal.figures import print_leading
     from riglens.app.terminal.loading import load_scene, load_traffic
-    from riglens.app.terminal.scores import print_scene, print_scores, score_rigs
+    from riglens.app.terminal.scores import print_scene, print_scores
     from riglens.core.figures.documents import evaluation_document
+    from riglens.core.figures.evaluated import EvaluationSettings
     from riglens.core.plain import to_text
     from riglens.core.rig.yaml.file import dumps
     from riglens.evaluation.scenario import settings_of
+    from riglens.jobs.evaluating import evaluated_rigs
     from riglens.rendering.render import RenderRequest, draw_evaluated
 
     pog, field = load_scene(scene, rigs, score)
@@ -90,19 +90,17 @@ def _score_and_draw(rigs: Sequence[Rig], scene: SceneOptions, score: ScoreOption
     _make_folder(OUT)
     for path in (screenshot, rig_file, scores):
         require_writable(path)
-    count = CountArguments()
+    count = CountOptions()
     traffic = load_traffic(scene, count.within_m) if scene.pog is None else None
-    evaluations = score_rigs(rigs, field, score, with_seen=True)
-    counted = (
-        []
-        if traffic is None
-        else count_hits(rigs, traffic, count_settings(count, score), count, score).counted
+    settings = EvaluationSettings(settings_of(score), count.settings(score.body))
+    evaluated = evaluated_rigs(
+        rigs, field, traffic, settings, count.sample, score.threads, TERMINAL, with_seen=True
     )
-    evaluated = evaluated_rigs(evaluations, counted, field, score)
+    evaluations = [one.voxels for one in evaluated if one.voxels is not None]
     print_scene(field, rigs, score)
     print_leading(evaluated)
     print_scores(evaluations, score)
-    write_file(scores, to_text(evaluation_document(field, settings_of(score), evaluated)))
+    write_file(scores, to_text(evaluation_document(field, settings.metric, evaluated)))
     write_file(rig_file, dumps(rigs[0]))
     draw_evaluated(evaluations[0], pog, field, RenderRequest(screenshot), TERMINAL)
     results().print(f"Written: {screenshot}, {rig_file}, {scores}", soft_wrap=True)

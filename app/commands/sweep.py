@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -13,7 +12,6 @@ from rich import box
 from rich.table import Table as Printed
 
 from riglens.app.commands.options import (
-    COUNT,
     CountArguments,
     Dask,
     EverythingArguments,
@@ -28,10 +26,8 @@ from riglens.app.commands.options import (
     number,
 )
 from riglens.app.commands.output import deliver, require_outputs
-from riglens.app.commands.targets import count_settings
 from riglens.app.terminal.console import TERMINAL, results
 from riglens.app.terminal.loading import load_rigs
-from riglens.core.errors import InputError
 from riglens.core.files import require_ending
 from riglens.core.pieces.backend import Backend
 from riglens.core.shown_text import visible
@@ -44,7 +40,7 @@ from riglens.core.sweep.table import (
     main_figures,
     near_best,
 )
-from riglens.evaluation.options import SceneOptions, ScoreOptions
+from riglens.evaluation.options import CountOptions, SceneOptions, ScoreOptions
 from riglens.evaluation.sweeping import LoadedSweep
 from riglens.jobs.sweeping import design_of, run_sweep, sweep_options
 
@@ -52,16 +48,6 @@ if TYPE_CHECKING:
     from pyarrow import Table
 
 DESIGN = Group("Design", sort_key=5)
-
-
-@Parameter(name="*")
-@dataclass(frozen=True)
-class SweepCountArguments(CountArguments):
-    """Settings of counting points and pixels on objects, in fewer frames."""
-
-    sample: Annotated[int | None, number(COUNT)] = 100
-    """Number of frames to use, sampled evenly."""
-    objects: Annotated[Path | None, Parameter(show=False)] = None
 
 
 @command
@@ -80,7 +66,7 @@ def sweep(
     figure: Annotated[tuple[str, ...], Parameter(metavar="COLUMN", show_default=False)] = (),
     scene: EverythingArguments = SceneOptions(),
     surroundings: Surroundings = None,
-    count: SweepCountArguments = SweepCountArguments(),
+    count: CountArguments = CountOptions(sample=100),
     reading: RigArguments = RigArguments(),
     score: ScoreArguments = ScoreOptions(),
     workers: Workers = None,
@@ -124,12 +110,7 @@ def sweep(
     require_outputs((*rigs, *scene.files, *([table] if table else [])), out, chart, json)
     design = design_of([Span.parsed(text) for text in vary], sobol, design_seed, table)
     loaded = load_rigs(rigs, score, reading.libraries, reading.housings)
-    if count.objects is not None:
-        raise InputError("belongs to riglens evaluate", "objects")
-    options = sweep_options(
-        loaded, scene.surrounded(surroundings), count_settings(count, score), count.within_m, count.sample, score,
-        compute, blind,
-    )  # fmt: skip
+    options = sweep_options(loaded, scene.surrounded(surroundings), count, score, compute, blind)
     sweep = LoadedSweep(Sweep.of(loaded, design), options, design.kind, score.threads)
     if chart is not None:
         from riglens.studies.sweep_chart import require_drawable  # matplotlib

@@ -9,16 +9,11 @@ from rich.table import Table
 from rich.text import Text
 
 from riglens.app.terminal.console import results
-from riglens.core.engine.engine import Evaluation
-from riglens.core.figures.evaluated import Evaluated, EvaluationSettings
+from riglens.core.figures.evaluated import Evaluated
 from riglens.core.figures.registry import leading_figures
 from riglens.core.figures.text import UNITS, estimate_text, in_sentence
-from riglens.core.metric.entropy import EntropyField
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.shown_text import visible
-from riglens.core.targets.counts import Counted
-from riglens.evaluation.options import ScoreOptions
-from riglens.evaluation.scenario import settings_of
 
 
 def leading_table(rigs: Sequence[Evaluated]) -> Iterator[Table | str]:
@@ -50,17 +45,6 @@ def print_leading(rigs: Sequence[Evaluated]) -> None:
     """Print the leading figures of rigs on standard output."""
     for part in leading_table(rigs):
         results().print(part, soft_wrap=isinstance(part, str))
-
-
-def evaluated_rigs(
-    evaluations: Sequence[Evaluation], counted: Sequence[Counted], field: EntropyField, score: ScoreOptions
-) -> list[Evaluated]:
-    """Return what is known of rigs, in the order in which they were scored; without `counted`, not of objects."""
-    settings = EvaluationSettings(settings_of(score))
-    return [
-        Evaluated(one.rig, settings, field, one, counted[place] if counted else None)
-        for place, one in enumerate(evaluations)
-    ]
 
 
 def _cell(text: str, state: str) -> Text:

@@ -1,4 +1,4 @@
-"""Scores in the terminal: score rigs with a progress bar, and print tables."""
+"""The paper's scores in the terminal, and what rigs were scored on."""
 
 from __future__ import annotations
 
@@ -7,10 +7,9 @@ from collections.abc import Sequence
 from rich.table import Table
 from rich.text import Text
 
-from riglens.app.terminal.console import progress_bar, results, show
+from riglens.app.terminal.console import results, show
 from riglens.app.terminal.tables import table
-from riglens.core.engine.engine import Evaluation, evaluate_from_scratch
-from riglens.core.engine.warm_up import WARM_UP
+from riglens.core.engine.engine import Evaluation
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Reading
 from riglens.core.rig.model import Rig
@@ -19,7 +18,6 @@ from riglens.core.sensors.registry import shown_kinds
 from riglens.core.shown_text import visible
 from riglens.core.shown_values import NONE, decimals, percent, thousands
 from riglens.evaluation.options import ScoreOptions
-from riglens.evaluation.scenario import settings_of
 from riglens.evaluation.scene_words import scene_lines
 
 EXPLANATION: dict[Reading, str] = {
@@ -29,25 +27,6 @@ EXPLANATION: dict[Reading, str] = {
     "residual": "S-MIG = minus the entropy unseen, so S-MS rises towards 0 as coverage grows.",
     "hits": "S-MIG counts a voxel once per ray through it; 'seen' still counts every voxel once.",
 }
-
-
-def score_rigs(
-    rigs: Sequence[Rig],
-    field: EntropyField,
-    options: ScoreOptions,
-    with_seen: bool = False,
-) -> list[Evaluation]:
-    """Evaluate the rigs in the order given, each from scratch so that their times can be compared."""
-    evaluations = []
-    with progress_bar("Casting rays") as progress:
-        found = evaluate_from_scratch(
-            field, [WARM_UP, *rigs], settings_of(options), options.threads, with_seen
-        )
-        next(found)
-        for evaluation in found:
-            evaluations.append(evaluation)
-            progress(len(evaluations) / len(rigs))
-    return evaluations
 
 
 def print_scene(field: EntropyField, rigs: Sequence[Rig], score: ScoreOptions) -> None:

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 from riglens.core.errors import InputError
 from riglens.core.metric.scores import Body
-from riglens.core.option_help import OptionHelp
+from riglens.core.option_help import PHASE, RANGE_LAW, SHAPE, OptionHelp
 from riglens.core.targets.settings import Phase, TargetSettings
 from riglens.core.targets.shapes import Shape
 
@@ -27,23 +27,9 @@ class SimulationSettings:
     """
 
     seed: Annotated[int, OptionHelp("N", "Seed of all random draws.")] = 0
-    shape: Annotated[
-        Shape,
-        OptionHelp(
-            "",
-            "class: cars have glass and a gap below, cyclists and pedestrians are slim; box: plain boxes.",
-        ),
-    ] = "class"
-    range_law: Annotated[
-        bool, OptionHelp("on|off", "on: returns from far or oblique surfaces may get lost.")
-    ] = True
-    phase: Annotated[
-        Phase,
-        OptionHelp(
-            "",
-            "random: each LiDAR is rotated in each frame by a fraction of its azimuth step; 0: azimuths as listed.",
-        ),
-    ] = "random"
+    shape: Annotated[Shape, SHAPE] = "class"
+    range_law: Annotated[bool, RANGE_LAW] = True
+    phase: Annotated[Phase, PHASE] = "random"
     noise_m: Annotated[float, OptionHelp("M", "Standard deviation of a range, in metres.")] = 0.02
     dropout: Annotated[float, OptionHelp("SHARE", "Share of returns lost at random.")] = 0.05
     clutter: Annotated[

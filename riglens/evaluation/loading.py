@@ -17,6 +17,7 @@ from riglens.core.scene.pog import Pog
 from riglens.core.sensing.rays import missing_ray_count
 from riglens.core.targets.traffic import Traffic
 from riglens.core.vehicle.mesh_file import with_mesh_read
+from riglens.core.vehicle.standing import mount_statuses, problems_in_short
 from riglens.evaluation.names import option_of
 from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.evaluation.scenario import load_scenario, remarks_on
@@ -65,6 +66,14 @@ def load_rigs(
                 )
                 monitor.note(f"{rig.name}: {camera.name}: {share}, and are left out")
     return rigs
+
+
+def note_mounts(rigs: Sequence[Rig], monitor: Monitor) -> None:
+    """Note each sensor with an impossible mount; none on a body that was not read."""
+    for rig in rigs:
+        if not rig.vehicle.lacks_mesh:
+            for line in problems_in_short(mount_statuses(rig)):
+                monitor.note(f"{rig.name}: {line}")
 
 
 def with_meshes(rigs: Sequence[Rig], names: Sequence[str], body: Body | None, monitor: Monitor) -> list[Rig]:

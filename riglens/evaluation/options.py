@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from riglens.core.errors import InputError
 from riglens.core.metric.scores import MAX_LAMBDA, Body
-from riglens.core.option_help import OptionHelp
+from riglens.core.option_help import PHASE, RANGE_LAW, SHAPE, OptionHelp
 
 if TYPE_CHECKING:  # the model of rigs takes its time, and `riglens --help` needs none
     from riglens.core.rig.model import Rig
+    from riglens.core.targets.settings import TargetSettings
 
 Triple = tuple[float, float, float]
 
@@ -184,3 +185,42 @@ class SceneOptions:
     def for_rigs(self, rigs: Sequence[Rig], score: ScoreOptions) -> SceneOptions:
         """Return the same with the rigs that an automatic voxel edge has to suit."""
         return replace(self, rigs=tuple(rigs), score=score) if self.voxel_m == "auto" else self
+
+
+@dataclass(frozen=True)
+class CountOptions:
+    """Options of counting points and pixels on objects; what they say beyond `sample` is checked by `settings`."""
+
+    within_m: Annotated[
+        float, OptionHelp("M", "Count objects within this distance of the car, in metres.")
+    ] = 60.0
+    sample: Annotated[
+        int | None,
+        OptionHelp("N", "Number of frames to use instead of all, drawn at random; ± is two standard errors."),
+    ] = None
+    shape: Annotated[Literal["class", "box"], SHAPE] = "class"
+    range_law: Annotated[bool, RANGE_LAW] = True
+    phase: Annotated[Literal["random", "0"], PHASE] = "random"
+    seed: Annotated[int, OptionHelp("N", "Seed of the random draws.")] = 0
+    min_points: Annotated[int, OptionHelp("N", "Number of LiDAR points that make an object detectable.")] = 5
+    calibration: Annotated[
+        Path | None,
+        OptionHelp(
+            "FILE",
+            "Calibration of predicted detection, from `riglens calibrate` (default: the bundled one).",
+        ),
+    ] = None
+
+    def __post_init__(self) -> None:
+        if self.sample is not None and self.sample < 1:
+            raise InputError(f"must be an integer ≥ 1 (got {self.sample})", "sample")
+
+    def settings(self, body: Body | None) -> TargetSettings:
+        """Return the settings of counting; raise InputError for a calibration that cannot be read."""
+        from riglens.core.targets.calibration import read_calibration
+        from riglens.core.targets.settings import TargetSettings
+
+        curves = None if self.calibration is None else read_calibration(self.calibration)
+        return TargetSettings(
+            self.shape, self.range_law, self.phase, self.seed, self.min_points, body, curves
+        )

@@ -15,9 +15,8 @@ from riglens.core.rig.model import Rig
 from riglens.core.sweep.design import Design, Span, grid, sobol, table
 from riglens.core.sweep.rows import SweepFigures
 from riglens.core.sweep.table import write
-from riglens.core.targets.settings import TargetSettings
 from riglens.evaluation.loading import note_data
-from riglens.evaluation.options import SceneOptions, ScoreOptions
+from riglens.evaluation.options import CountOptions, SceneOptions, ScoreOptions
 from riglens.evaluation.scenario import settings_of
 from riglens.evaluation.sweeping import LoadedSweep, SweepOptions, piece_folder
 
@@ -37,24 +36,20 @@ def design_of(spans: Sequence[Span], points: int | None, seed: int, path: Path |
 def sweep_options(
     rigs: Sequence[Rig],
     scene: SceneOptions,
-    counting: TargetSettings,
-    within_m: float,
-    sample: int | None,
+    count: CountOptions,
     score: ScoreOptions,
     compute: Literal["score", "targets"] | None = None,
     blind_m: float | None = None,
 ) -> SweepOptions:
     """Return what rows are computed from; raise InputError for options that contradict."""
-    if sample is not None and sample < 1:
-        raise InputError(f"must be an integer ≥ 1 (got {sample})", "sample")
     if blind_m is not None and not 0.05 <= blind_m <= 2.0:
         raise InputError(f"must be between 0.05 and 2 m (got {blind_m:g})", "blind_m")
     if compute != "score" and scene.pog is not None:
         raise InputError("holds no objects to count: leave it out, or choose score for", "pog", "compute")
     figures = SweepFigures(
         None if compute == "targets" else settings_of(score),
-        None if compute == "score" else counting,
-        sample,
+        None if compute == "score" else count.settings(score.body),
+        count.sample,
         blind_m,
     )
     scene = replace(
@@ -63,7 +58,7 @@ def sweep_options(
         pog=scene.pog and scene.pog.resolve(),
         occluders=scene.occluders and (scene.occluders[0].resolve(), scene.occluders[1].resolve()),
     )
-    return SweepOptions(scene, within_m, figures, rigs[0])
+    return SweepOptions(scene, count.within_m, figures, rigs[0])
 
 
 def run_sweep(sweep: LoadedSweep, out: Path, backend: Backend, monitor: Monitor) -> Table:

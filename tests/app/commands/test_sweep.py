@@ -123,7 +123,6 @@ def test_several_rigs_and_one_kind_of_figure(riglens, boxes, small_rig, tmp_path
         (("--table", "no.csv"), "no.csv: no such file"),
         (("--blind", "9"), "--blind must be between 0.05 and 2 m (got 9)"),
         (("--pog", "p.npz"), "--pog holds no objects to count: leave it out, or choose score for --compute"),
-        (("--objects", "o.csv"), "--objects belongs to riglens evaluate"),
         (("--chart", "c.pdf"), "--chart must end in .png or .svg"),
         (("--vary", "roof.z=1:2:2", "--chart", "c.png", "--figure", "x"), "--figure must be a column"),
         (("--chart", "c.png"), "--chart needs one or two varied fields (got 0)"),

@@ -6,7 +6,7 @@ import json
 import pyarrow.parquet
 import pytest
 
-from riglens.app.commands.targets import _text
+from riglens.app.terminal.objects import _text
 from riglens.core.figures.figure import Estimate
 from riglens.core.figures.hits import ON_TARGET
 from riglens.core.figures.text import estimate_text

@@ -1,130 +1,53 @@
-"""Hit coverage: points and pixels of rigs on objects; part of `riglens evaluate`."""
+"""Points and pixels of rigs on objects in the terminal, and as a table of objects in a file."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Literal
 
 import numpy as np
 from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from riglens.app.commands.options import CountArguments, Parts
-from riglens.app.commands.output import require_outputs
-from riglens.app.terminal.console import progress_bar, results
-from riglens.core.errors import InputError
-from riglens.core.figures.documents import objects_document
+from riglens.app.terminal.console import results
 from riglens.core.figures.figure import SE_FACTOR, Estimate
 from riglens.core.figures.objects import ObjectFigure, Part, parts_by_class, parts_by_sector
 from riglens.core.figures.predicted import FOUND, found_text
 from riglens.core.figures.registry import object_figures
-from riglens.core.files import atomic_write, require_ending
+from riglens.core.files import atomic_write
 from riglens.core.metric.scores import common_body
-from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensors.registry import AnyKind, further_kinds
 from riglens.core.shown_text import visible
 from riglens.core.shown_values import NONE
-from riglens.core.targets.calibration import read_calibration
 from riglens.core.targets.counts import Counted
-from riglens.core.targets.engine import TargetEngine, warm_up
 from riglens.core.targets.object_table import object_table
-from riglens.core.targets.settings import HEIGHT_PX, TargetSettings
-from riglens.core.targets.traffic import Traffic, require_within
-from riglens.evaluation.options import SceneOptions, ScoreOptions
+from riglens.core.targets.settings import HEIGHT_PX
 from riglens.studies.files import write_csv
 
-if TYPE_CHECKING:
-    import pyarrow as pa
-
+Parts = Literal["ring", "sector"]
+"""Split of a table of objects, for a single rig."""
 _ROWS_AT_ONCE = 10_000
 """Of an object table that is written as CSV."""
 
 
-@dataclass(frozen=True)
-class HitCoverage:
-    """Figures of rigs in the same traffic."""
-
-    counted: list[Counted]
-
-    def document(self) -> dict[str, Any]:
-        """Return the figures as plain data."""
-        return objects_document(self.counted)
-
-    def show(self, by: Parts) -> None:
-        """Print figures, and what they were counted on, on standard output."""
-        console, wanted = results(), self._figures
-        for line in _heading(self.counted):
-            console.print(line, soft_wrap=True)
-        console.print(_table(self.counted, wanted, self._parts(by, wanted)))
-        for text in _explanation(self.counted, wanted):
-            console.print(text, soft_wrap=True)
-
-    @property
-    def _figures(self) -> tuple[ObjectFigure, ...]:
-        """The figures of the kinds of sensors that any of the rigs has; recall is said in words."""
-        present = {s.kind for one in self.counted for s in one.rig.sensors if s.enabled}
-        return tuple(figure for figure in object_figures(present) if figure is not FOUND)
-
-    def _parts(self, by: Parts, wanted: Sequence[ObjectFigure]) -> dict[str, dict[str, Part]]:
-        """Return the parts of each class by their titles; none for several rigs."""
-        if len(self.counted) > 1:
-            return {name: {} for name in CLASSES}
-        only = self.counted[0]
-        if by == "sector":
-            return parts_by_sector(only, wanted)
-        return {
-            name: {f"{ring.from_m:g} to {ring.to_m:g} m": ring for ring in found.rings}
-            for name, found in parts_by_class(only, wanted, with_rings=True).items()
-        }
+def print_objects(every: Sequence[Counted], by: Parts) -> None:
+    """Print figures of objects of rigs in the same traffic, and what they were counted on, on standard output."""
+    present = {s.kind for one in every for s in one.rig.sensors if s.enabled}
+    wanted = tuple(figure for figure in object_figures(present) if figure is not FOUND)  # said in words
+    console = results()
+    for line in _heading(every):
+        console.print(line, soft_wrap=True)
+    console.print(_table(every, wanted, _parts(every, wanted, by)))
+    for text in _explanation(every, wanted):
+        console.print(text, soft_wrap=True)
 
 
-def require_count_outputs(
-    count: CountArguments, rigs: Sequence[Rig], reads: Sequence[str | Path], json: str | None, by: Parts
-) -> None:
-    """Raise InputError when a file that is named cannot be written, or what is asked for is for one rig."""
-    require_ending("objects", count.objects, ".csv", ".parquet")
-    of_one = {"objects": count.objects is not None, "by": by != "ring"}
-    for name in (name for name, said in of_one.items() if said and len(rigs) > 1):
-        raise InputError(f"is for one rig (got {len(rigs)} rigs)", name)
-    require_outputs(reads, json, count.objects)
-
-
-def require_countable(scene: SceneOptions, count: CountArguments) -> None:
-    """Raise InputError for a scene without objects, or a distance within which none can be."""
-    if scene.pog is not None:
-        raise InputError("needs a box data set: a stored POG holds no objects", "targets")
-    require_within(count.within_m)
-
-
-def count_hits(
-    rigs: Sequence[Rig], traffic: Traffic, how: TargetSettings, count: CountArguments, score: ScoreOptions
-) -> HitCoverage:
-    """Count for each rig from scratch, so that their times can be compared."""
-    found = []
-    warm_up(score.threads)
-    with progress_bar("Casting rays") as progress:
-        for number_, rig in enumerate(rigs, 1):
-            engine = TargetEngine(traffic, score.threads)
-            found.append(engine.evaluate(rig, how, count.sample))
-            progress(number_ / len(rigs))
-    if count.objects is not None:
-        _write_objects(count.objects, object_table(found[0]))
-    return HitCoverage(found)
-
-
-def count_settings(count: CountArguments, score: ScoreOptions) -> TargetSettings:
-    """Return the settings of counting; raise InputError for a calibration that cannot be read."""
-    return TargetSettings(
-        count.shape, count.range_law == "on", count.phase, count.seed, count.min_points, score.body,
-        None if count.calibration is None else read_calibration(count.calibration),
-    )  # fmt: skip
-
-
-def _write_objects(path: Path, table: pa.Table) -> None:
+def write_objects(path: Path, counted: Counted) -> None:
+    """Write a row per object as CSV or Parquet, whichever the name ends in."""
+    table = object_table(counted)
     if path.suffix.lower() == ".parquet":
         from pyarrow import parquet
 
@@ -138,6 +61,20 @@ def _write_objects(path: Path, table: pa.Table) -> None:
 
 
 # ---------------------------------------------------------------- tables
+
+
+def _parts(
+    every: Sequence[Counted], wanted: Sequence[ObjectFigure], by: Parts
+) -> Mapping[str, Mapping[str, Part]]:
+    """Return the parts of each class by their titles; none for several rigs."""
+    if len(every) > 1:
+        return {name: {} for name in CLASSES}
+    if by == "sector":
+        return parts_by_sector(every[0], wanted)
+    return {
+        name: {f"{ring.from_m:g} to {ring.to_m:g} m": ring for ring in found.rings}
+        for name, found in parts_by_class(every[0], wanted, with_rings=True).items()
+    }
 
 
 def _heading(every: Sequence[Counted]) -> Iterator[Text]:
