@@ -40,6 +40,7 @@ def calibrate(
     match: Annotated[float, Parameter(metavar="M")] = MATCH_M,
     name: Annotated[str | None, Parameter(metavar="TEXT")] = None,
     rig: Annotated[str | None, Parameter(metavar="RIG")] = None,
+    cameras: Annotated[Path | None, Parameter(metavar="RESULTS")] = None,
     libraries: Libraries = (),
 ) -> None:
     """Fit a detector's recall by points and class, for predicted detection of rigs.
@@ -60,19 +61,23 @@ def calibrate(
         Name of the detector (that of the file).
     rig
         Count the points that RigLens predicts for this rig, instead of the true points of the boxes.
+    cameras
+        Results of a detector of the rig's pictures alone: fits what cameras add. Needs --rig.
     """
     use_libraries(libraries)
-    require_outputs((detections, *scene.files), out)
+    require_outputs((detections, *scene.files, *filter(None, (cameras,))), out)
     rules = Rules(min_score, match)
     opened = None if rig is None else load_rig(rig)
     with progress_bar("Reading boxes") as progress:
         traffic = load_traffic(scene, within, progress)
     for line in doubtful(traffic.data, TERMINAL.advice):
         note(line)
-    found = calibrated(detections, scene, traffic, rules, name, opened)
+    found = calibrated(detections, scene, traffic, rules, name, opened, cameras)
     write_file(out, found.text())
     console = results()
     console.print(_table(found))
+    if found.camera is not None:
+        console.print(f"Cameras: s {found.camera.s:.2f}, d0 {found.camera.d0_m:.1f} m")
     console.print(f"{out}: objects {found.domain.region}", soft_wrap=True)
 
 

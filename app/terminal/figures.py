@@ -10,8 +10,9 @@ from rich.text import Text
 
 from riglens.app.terminal.console import results
 from riglens.core.figures.evaluated import Evaluated
+from riglens.core.figures.figure import Estimate, Figure
 from riglens.core.figures.registry import leading_figures
-from riglens.core.figures.text import UNITS, estimate_text, in_sentence
+from riglens.core.figures.text import UNITS, estimate_text, in_sentence, parts_text
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.shown_text import visible
 
@@ -28,7 +29,7 @@ def leading_table(rigs: Sequence[Evaluated]) -> Iterator[Table | str]:
         made.add_row(Text(name, "bold"))
         for rig in rigs:
             found = [figure.of(rig, name) for figure in wanted]
-            cells = (_cell(estimate_text(*pair), pair[1].state) for pair in zip(wanted, found, strict=True))
+            cells = (_cell(*pair) for pair in zip(wanted, found, strict=True))
             made.add_row(Text(f"  {visible(rig.rig.name)}"), *cells)
             for figure, one in zip(wanted, found, strict=True):
                 if one.reason:
@@ -47,6 +48,7 @@ def print_leading(rigs: Sequence[Evaluated]) -> None:
         results().print(part, soft_wrap=isinstance(part, str))
 
 
-def _cell(text: str, state: str) -> Text:
-    """Return a figure, in brackets where it is outside its domain."""
-    return Text(f"({text})", "dim") if state == "outside" else Text(text)
+def _cell(figure: Figure, found: Estimate) -> Text:
+    """Return a figure and its parts, in brackets where it is outside its domain."""
+    shown = "\n".join(filter(None, (estimate_text(figure, found), parts_text(figure, found))))
+    return Text(f"({shown})", "dim") if found.state == "outside" else Text(shown)

@@ -19,7 +19,7 @@ from riglens.core.figures.registry import object_figures
 from riglens.core.files import atomic_write
 from riglens.core.metric.scores import common_body
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.sensors.registry import AnyKind, further_kinds
+from riglens.core.sensors.registry import AnyKind, further_kinds, kind_of
 from riglens.core.shown_text import visible
 from riglens.core.shown_values import NONE
 from riglens.core.targets.counts import Counted
@@ -97,7 +97,8 @@ def _heading(every: Sequence[Counted]) -> Iterator[Text]:
     calibration = counted.calibration
     yield _line(
         "Predict",
-        f"{calibration.predicts} by '{visible(calibration.name)}', objects {calibration.domain.region}, LiDARs alone",
+        f"{calibration.predicts} by '{visible(calibration.name)}', fitted {calibration.domain.region}, by "
+        f"{' and '.join(kind_of(kind).plural for kind in calibration.kinds)}",
     )
     yield _line("Count", f"body {body or by_rig}, {shape}, {law}, spin phase {phase}, surroundings {around}")
 

@@ -11,7 +11,7 @@ from riglens.core.engine.evaluation_json import evaluation_document as voxels_do
 from riglens.core.figures.evaluated import Evaluated
 from riglens.core.figures.figure import ALL, Estimate, Figure
 from riglens.core.figures.objects import ObjectFigure, Part, parts_by_class, parts_by_sector
-from riglens.core.figures.predicted import predicted_mean
+from riglens.core.figures.predicted import PREDICTED
 from riglens.core.figures.registry import figures, object_figures
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Body, MetricSettings, common_body
@@ -50,12 +50,13 @@ def _written(rig: Evaluated, who: str, wanted: Sequence[Figure]) -> dict[str, An
 
 
 def _estimate(found: Estimate) -> dict[str, Any]:
-    return {
+    written: dict[str, Any] = {
         "value": found.value if found.exists else None,
         "se": found.se,
         "state": found.state,
         "reason": found.reason or None,
     }
+    return written | ({"parts": dict(found.parts)} if found.parts else {})
 
 
 def _kinds(rig: Rig) -> list[str]:
@@ -109,7 +110,7 @@ def _rig(counted: Counted, body: Body | None) -> dict[str, Any]:
 def object_figures_json(counted: Counted, with_rings: bool = False) -> dict[str, Any]:
     """Return a rig's figures for objects as plain data, of each class and, if requested, ring by ring."""
     of_kinds, recall = object_figures(_kinds(counted.rig)), counted.settings.recall
-    mean, classes = predicted_mean(counted), dict[str, Any]()
+    mean, classes = PREDICTED.estimates(counted, "all", (ALL,))[ALL][0], dict[str, Any]()
     for name, found in parts_by_class(counted, of_kinds, with_rings).items():
         classes[name] = _class(found.total, of_kinds)
         if with_rings:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
 from riglens.core.scene.boxes import CLASSES
@@ -32,7 +33,7 @@ class Estimate:
 
     state: "exact"; "sampled": of some frames; "outside" the figure's domain, and "none": there is nothing to measure,
     both with the reason. value: 0 where there is none. sample_se: the part of `se` that more frames would remove;
-    objects: number of objects that it was measured on.
+    objects: number of objects that it was measured on; parts: the value with sensors of one kind alone, by kind.
     """
 
     value: float = 0.0
@@ -41,6 +42,7 @@ class Estimate:
     reason: str = ""
     sample_se: float = 0.0
     objects: int = 0
+    parts: Mapping[str, float] = field(default_factory=dict, hash=False)
 
     @property
     def exists(self) -> bool:

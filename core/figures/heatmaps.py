@@ -319,6 +319,7 @@ class ObjectHeatMap(HeatMap):
         if self.lacking is not None:
             return OverGround(self, ground, objects, sums)
         means = np.divide(sums, objects, out=np.full(sums.shape, np.nan), where=objects > 0)
+        means = np.maximum(means, self.figure.least)
         return OverGround(self, ground, objects, in_unit(self.figure, means))
 
     def data(self, over: OverGround, is_current: bool = True) -> HeatmapData:

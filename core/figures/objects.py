@@ -4,23 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.figures.figure import ALL, CLASSES_AND_ALL, Estimate, Figure, absence
+from riglens.core.figures.figure import CLASSES_AND_ALL, Estimate, Figure, absence
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.sectors import SECTORS
 from riglens.core.sensors.registry import kind_named
 
 if TYPE_CHECKING:  # loads the compiler, which a window that opens does not need
     from riglens.core.figures.evaluated import Evaluated, Need
-    from riglens.core.targets.calibration import Calibration, Domain
+    from riglens.core.targets.calibration import Calibration
     from riglens.core.targets.counts import Counted
-    from riglens.core.targets.groups import By
+    from riglens.core.targets.groups import By, Groups, Parts
 
 Doubles = NDArray[np.float64]
 Counts = NDArray[np.int64]
@@ -33,7 +33,9 @@ class ObjectFigure(Figure):
     values: one number per object (k,), NaN for objects that do not count; their mean is the figure, or their median
     where `is_median`. kinds: without an enabled sensor of one of these there is no figure, although a rig that loses
     the last of them loses all of it; least_kinds: number of kinds of enabled sensors that it takes. calibration: that
-    the figure rests on.
+    the figure rests on, whose kinds are then those of the figure; in_domain: whether the objects in its region count
+    alone. of_classes: whether the figure of `ALL` is the mean of those of the classes that are there, not of all
+    objects. least: no mean is below. parts: the figure with one kind of sensor alone, by kind.
     """
 
     values: Callable[[Counted], Doubles]
@@ -41,6 +43,10 @@ class ObjectFigure(Figure):
     kinds: tuple[str, ...] = ()
     least_kinds: int = 1
     calibration: Callable[[Counted], Calibration | None] | None = None
+    in_domain: bool = False
+    of_classes: bool = False
+    least: float = -math.inf
+    parts: Mapping[str, ObjectFigure] = field(default_factory=dict, hash=False)
 
     @property
     def needs(self) -> Need:
@@ -70,7 +76,9 @@ class ObjectFigure(Figure):
 
     def region(self, rig: Evaluated) -> str:
         calibration = None if rig.objects is None else self.calibrated(rig.objects)
-        return super().region(rig) if calibration is None else f"objects {calibration.domain.region}"
+        if calibration is None or not self.in_domain:
+            return super().region(rig)
+        return f"objects {calibration.domain.region}"
 
     def lacks(self, counted: Counted) -> str:
         """Return why a rig has no such figure; "" where it has one."""
@@ -81,67 +89,92 @@ class ObjectFigure(Figure):
                 if enabled
                 else "the rig has no enabled sensor"
             )
-        if not self.kinds or enabled & set(self.kinds):
+        calibration = self.calibrated(counted)
+        kinds = self.kinds if calibration is None else calibration.kinds
+        if not kinds or enabled & set(kinds):
             return ""
-        titles = [kind.title for name in self.kinds if (kind := kind_named(name)) is not None]
+        titles = [kind.title for name in kinds if (kind := kind_named(name)) is not None]
         return f"the rig has no enabled {' or '.join(titles)}"
 
     def estimates(
         self, counted: Counted, by: By, rows: Sequence[str] = CLASSES_AND_ALL
     ) -> dict[str, list[Estimate]]:
         """Return the figure in each part of some classes, or of `ALL` together."""
-        lack, calibration, values = self.lacks(counted), self.calibrated(counted), self.values(counted)
+        lack, calibration = self.lacks(counted), self.calibrated(counted)
         outside = "" if calibration is None else counted.outside(calibration)
         errors = np.zeros(len(CLASSES_AND_ALL)) if calibration is None else calibration.errors
         is_whole = counted.frames_used == counted.frames
+        table = self._means(counted.groups, by, self.values(counted))
+        alone = {kind: one.estimates(counted, by, rows) for kind, one in self.parts.items()}
         found = {}
         for who in rows:
             row = CLASSES_AND_ALL.index(who)
-            parts, at = counted.groups.parts(by, together=who == ALL), 0 if who == ALL else row - 1
-            objects, means, sample = (one[at].tolist() for one in parts.means(values))
-            if self.is_median:
-                means, sample = parts.medians(values)[at].tolist(), [0.0] * len(objects)
             own = float(errors[row])
             cells = []
-            for number, value, se in zip(objects, means, sample, strict=True):
+            for place, (number, value, se) in enumerate(
+                zip(*(one[row].tolist() for one in table), strict=True)
+            ):
                 whole = math.hypot(se, own) if calibration is not None else se
                 state: Any = "outside" if outside else "exact" if is_whole and not whole else "sampled"
-                estimate = Estimate(value, whole, state, outside, se, number)
+                parts = {kind: one[who][place].value for kind, one in alone.items()}
+                estimate = Estimate(value, whole, state, outside, se, number, parts)
                 if not number or lack:
                     reason = lack or absence(who)
-                    estimate = replace(estimate, state="none", reason=reason, se=0.0 if not number else whole)
+                    estimate = replace(
+                        estimate, state="none", reason=reason, se=0.0 if not number else whole, parts={}
+                    )
                 cells.append(estimate)
             found[who] = cells
         return found
 
+    def _means(self, groups: Groups, by: By, values: Doubles) -> tuple[Counts, Doubles, Doubles]:
+        """Return the number of objects with a value, their mean or median, and its standard error, each
+        (len(CLASSES_AND_ALL), parts); 0 without objects."""
+        tables = [self._means_of(groups.parts(by), values)]
+        if not self.of_classes:
+            tables.insert(0, self._means_of(groups.parts(by, together=True), values))
+            return tuple(np.concatenate(pair) for pair in zip(*tables, strict=True))  # type: ignore[return-value]
+        objects, means, errors = tables[0]
+        classes = np.maximum((objects > 0).sum(axis=0), 1)
+        whole = means.sum(axis=0) / classes, np.linalg.norm(errors, axis=0) / classes
+        return (
+            np.vstack([objects.sum(axis=0), objects]),
+            np.vstack([whole[0], means]),
+            np.vstack([whole[1], errors]),
+        )
+
+    def _means_of(self, parts: Parts, values: Doubles) -> tuple[Counts, Doubles, Doubles]:
+        objects, means, errors = parts.means(values)
+        if self.is_median:
+            means, errors = parts.medians(values), np.zeros(means.shape)
+        return objects, np.where(objects > 0, np.maximum(means, self.least), means), errors
+
     # ------------------------------------------------------------ changes
-    def cells(self, now: Counted, before: Counted, by: By = "all", region: Domain | None = None) -> Cells:
-        """Return the figure of a rig by part, with its change from a baseline in the same frames, object by object;
-        of the objects in the region of a domain alone if one is given. The first row is all classes together."""
+    def cells(self, now: Counted, before: Counted, by: By = "all") -> Cells:
+        """Return the figure of a rig by part, with its change from a baseline in the same frames, object by object.
+        The first row is all classes together."""
         mine, theirs = self.values(now), self.values(before)
-        if region is not None:
-            mine = np.where(now.groups.inside(region), mine, math.nan)
         mine, theirs = np.where(np.isnan(theirs), math.nan, mine), np.where(np.isnan(mine), math.nan, theirs)
-        calibration, rows = self.calibrated(now), list[tuple[NDArray[Any], ...]]()
-        for together in (True, False):
-            parts = now.groups.parts(by, together)
-            objects, value, se = parts.means(mine)
-            _, change, change_se = parts.means(mine - theirs)
-            if self.is_median:
-                value, none = parts.medians(mine), np.zeros(value.shape)
-                change, se, change_se = value - parts.medians(theirs), none, none
-            numbers = (np.where(objects > 0, one, math.nan) for one in (value, change))
-            rows.append((objects, *numbers, se, change_se))
-        objects, value, change, se, change_se = (np.concatenate(pair) for pair in zip(*rows, strict=True))
+        calibration = self.calibrated(now)
+        objects, value, se = self._means(now.groups, by, mine)
+        difference = replace(self, least=-math.inf, is_median=False)
+        _, change, change_se = difference._means(now.groups, by, mine - theirs)
+        if self.is_median or self.least > -math.inf:
+            change = value - self._means(now.groups, by, theirs)[1]
+        if self.is_median:
+            change_se = np.zeros(change.shape)
+        value, change = (np.where(objects > 0, one, math.nan) for one in (value, change))
         if calibration is not None:
             se = np.where(objects > 0, np.hypot(se, calibration.errors[:, None]), 0.0)
-        return Cells(objects, value, se, change, change_se)
+        parts = {kind: one.cells(now, before, by) for kind, one in self.parts.items()}
+        return Cells(objects, value, se, change, change_se, parts)
 
 
 @dataclass(frozen=True)
 class Cells:
     """Numbers of groups of objects, (len(CLASSES_AND_ALL), parts): the count of objects, the figure itself (NaN where
-    there are none), its standard error, the change against a baseline and its error.
+    there are none), its standard error, the change against a baseline and its error; parts: with one kind of sensor
+    alone, by kind.
 
     Both rigs meet the same objects, so the error of the change is that of the differences, object by object.
     """
@@ -151,12 +184,14 @@ class Cells:
     se: Doubles
     change: Doubles
     change_se: Doubles
+    parts: Mapping[str, Cells] = field(default_factory=dict)
 
     def anchored(self, exact: Cells) -> Cells:
         """Return exact values of the same baseline plus the changes of this sample, whose errors are those of pairs;
         the error of a calibration stays."""
         se = np.hypot(exact.se, self.change_se)
-        return replace(self, value=exact.value - exact.change + self.change, se=se)
+        parts = {kind: one.anchored(exact.parts[kind]) for kind, one in self.parts.items()}
+        return replace(self, value=exact.value - exact.change + self.change, se=se, parts=parts)
 
 
 @dataclass(frozen=True)

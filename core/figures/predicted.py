@@ -2,29 +2,66 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from riglens.core.figures.figure import Estimate
-from riglens.core.figures.hits import LIDARS, RESOLVED
+from riglens.core.figures.hits import CAMERAS, LIDARS, RESOLVED, Doubles
 from riglens.core.figures.objects import ObjectFigure, parts_by_class
+from riglens.core.sensors.camera import CAMERA
+from riglens.core.sensors.lidar import LIDAR
 
 if TYPE_CHECKING:  # loads the compiler
     from riglens.core.targets.counts import Counted
 
-PREDICTED = ObjectFigure(
+
+def _by_lidars(counted: Counted) -> Doubles:
+    calibration = counted.calibration
+    return calibration.predicted(counted.by_lidars(calibration))
+
+
+def _by_cameras(counted: Counted) -> Doubles:
+    calibration, cls = counted.calibration, counted.groups.cls
+    nothing = calibration.by_lidars(cls, np.zeros(len(cls), np.int64))
+    return calibration.predicted(calibration.by_all(cls, nothing, counted.by_cameras(calibration)))
+
+
+def _by_all(counted: Counted) -> Doubles:
+    calibration = counted.calibration
+    by_lidars, by_cameras = counted.by_lidars(calibration), counted.by_cameras(calibration)
+    return calibration.predicted(calibration.by_all(counted.groups.cls, by_lidars, by_cameras))
+
+
+def _found(counted: Counted) -> Doubles:
+    """Return the chance that LiDARs alone find each object, NaN outside the region of the calibration."""
+    recall = counted.settings.recall
+    if recall is None:
+        return np.full(len(counted.objects.box), np.nan)
+    return np.where(counted.groups.inside(recall.domain), counted.by_lidars(recall), np.nan)
+
+
+_PREDICTED = ObjectFigure(
     key="predicted",
     title="Predicted AP",
     short="Pred. AP",
-    question="Average precision that a detector would reach on these objects with these LiDAR hits, by a calibration.",
+    question="Average precision that a detector of LiDAR points and pictures would reach on these objects, by a "
+    "calibration: compare rigs by it, do not quote it.",
     resolved=RESOLVED,
     leads=True,
-    kinds=LIDARS,
-    values=lambda counted: counted.curve(counted.calibration),
+    kinds=(*LIDARS, *CAMERAS),
+    values=_by_all,
     calibration=lambda counted: counted.calibration,
+    of_classes=True,
+    least=0.0,
+)
+PREDICTED = replace(
+    _PREDICTED,
+    parts={
+        LIDAR.name: replace(_PREDICTED, values=_by_lidars),
+        CAMERA.name: replace(_PREDICTED, values=_by_cameras),
+    },
 )
 FOUND = ObjectFigure(
     key="found",
@@ -32,26 +69,10 @@ FOUND = ObjectFigure(
     question="Share of these objects that a detector would find with these LiDAR points, by a calibration.",
     resolved=RESOLVED,
     kinds=LIDARS,
-    values=lambda counted: counted.curve(counted.settings.recall),
+    values=_found,
     calibration=lambda counted: counted.settings.recall,
+    in_domain=True,
 )
-
-
-def predicted_mean(counted: Counted) -> Estimate:
-    """Return the mean of predicted detection over classes, or why it is missing: a class has no prediction."""
-    found = [one.total["predicted"] for one in parts_by_class(counted, [PREDICTED]).values()]
-    lacking = next((one for one in found if not one.exists), None)
-    if lacking is not None:
-        return lacking
-    sample_se = float(np.linalg.norm([one.sample_se for one in found])) / len(found)
-    return Estimate(
-        sum(one.value for one in found) / len(found),
-        math.hypot(sample_se, counted.calibration.mean_error),
-        found[0].state,
-        found[0].reason,
-        sample_se,
-        sum(one.objects for one in found),
-    )
 
 
 def found_text(counted: Counted, factor: float) -> str:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from riglens.core.figures.coverage import VoxelFigure
 from riglens.core.figures.figure import SE_FACTOR, Estimate, Figure, Unit
 from riglens.core.figures.objects import ObjectFigure
+from riglens.core.sensors.registry import kind_of
 from riglens.core.shown_values import NONE
 
 Number = TypeVar("Number", float, NDArray[np.float64])
@@ -60,6 +61,19 @@ def estimate_text(figure: Figure, found: Estimate) -> str:
         return value_text(figure, found.value) if found.exists else NONE
     shown = in_unit(figure, found.value)
     return _with_unit(f"{abs(shown):.1f}", shown, "", f"{error_text(figure, found.se)} {_SHORT[figure.unit]}")
+
+
+def parts_text(figure: Figure, found: Estimate) -> str:
+    """Say what one kind of sensor alone would give, in the figure's unit: "= LiDARs 56.3 + 4.9"; empty where a figure
+    has no parts."""
+    alone = [(kind_of(kind).plural, value) for kind, value in found.parts.items() if value > 0.0]
+    if not found.exists or not alone:
+        return ""
+    first, value = alone[0]
+    if len(alone) == 1:
+        return f"{first} alone"
+    more = f"{in_unit(figure, found.value - value):.1f}"
+    return f"= {first} {in_unit(figure, value):.1f} + {more}"
 
 
 def error_text(figure: Figure, se: float) -> str:
@@ -114,6 +128,8 @@ def tip_text(
     lines = [f"{where}: {_precise(figure, value) if value.exists else value.reason}"]
     if value.state == "outside":
         lines.append(f"Outside the domain: {value.reason}")
+    alone = (f"{kind_of(kind).plural} alone {value_text(figure, one)}" for kind, one in value.parts.items())
+    lines += [", ".join(alone)] if value.parts else []
     if value.objects:
         lines.append(f"{figure.title} of {value.objects:,} objects")
     if change.exists:

@@ -7,8 +7,6 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Self
 
-import numpy as np
-
 from riglens.core.figures.coverage import VoxelFigure
 from riglens.core.figures.figure import CLASSES_AND_ALL, Estimate, Figure, State, absence
 from riglens.core.figures.objects import Cells, ObjectFigure
@@ -16,7 +14,6 @@ from riglens.core.figures.registry import figures, object_figures
 from riglens.core.metric.scores import Scores
 
 if TYPE_CHECKING:  # loads the compiler
-    from riglens.core.targets.calibration import Domain
     from riglens.core.targets.counts import Counted
     from riglens.core.targets.groups import By
 
@@ -87,19 +84,16 @@ class FigureCells:
         now: Counted,
         before: Counted,
         by: By = "all",
-        region: Domain | None = None,
     ) -> Self:
-        """Return the cells of a rig by part, with changes from a baseline, of the objects in a region or of all."""
+        """Return the cells of a rig by part, with changes from a baseline."""
         lack, calibration = figure.lacks(now), figure.calibrated(now)
-        cells = figure.cells(now, before, by, region)
-        if not lack and figure.lacks(before) and not cells.objects.any():
-            own = figure.cells(now, now, by, region)  # there is nothing to compare it with
-            cells = replace(own, change=np.full(own.change.shape, math.nan))
-        where = f"within {now.within_m:g} m" if region is None else region.region
+        cells = figure.cells(now, before, by)
+        where = f"within {now.within_m:g} m"
         if calibration is None:
             return cls(figure, cells, lack, "", where)
         about = f"{calibration.predicts} of this detector: {calibration.detector}"
-        return cls(figure, cells, lack, now.outside(calibration), calibration.domain.region, about)
+        where = calibration.domain.region if figure.in_domain else where
+        return cls(figure, cells, lack, now.outside(calibration), where, about)
 
     def anchored(self, exact: FigureCells) -> FigureCells:
         """Return exact values of the same baseline plus the changes of this sample."""
@@ -117,10 +111,9 @@ class FigureCells:
             return none, none
         se, change_se = float(cells.se[row, part]), float(cells.change_se[row, part])
         state: State = "outside" if self.outside else "sampled" if se else "exact"
-        found = Estimate(value, se, state, self.outside, objects=objects)
-        if math.isnan(change):
-            return found, Estimate.none("the baseline has no such figure")
-        return found, replace(found, value=change, se=change_se)
+        parts = {kind: float(one.value[row, part]) for kind, one in cells.parts.items()}
+        found = Estimate(value, se, state, self.outside, objects=objects, parts=parts)
+        return found, replace(found, value=change, se=change_se, parts={})
 
     def compared(self) -> Compared:
         """Return the figure of each row in the first part."""

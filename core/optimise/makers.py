@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from riglens.core.blind.zones import BlindEngine, BlindSettings
 from riglens.core.engine.caster import Caster
-from riglens.core.errors import Cancelled, InputError, IsStale, never_stale
+from riglens.core.errors import Cancelled, IsStale, never_stale
 from riglens.core.kernels.objects.counts import CELLS
 from riglens.core.kernels.objects.unique_cells import CELL_M
 from riglens.core.kernels.optimise import gains as kernel
@@ -27,7 +27,6 @@ from riglens.core.rig.model import Camera, Rig, Sensor
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.columns import empty_words
 from riglens.core.sensing.body_ends import barrier_of
-from riglens.core.targets.calibration import shipped
 from riglens.core.targets.contribution import Contribution, TargetCaster
 from riglens.core.targets.joining import heights_px
 from riglens.core.targets.settings import CELLS_SCALE, HEIGHT_PX, TargetSettings
@@ -145,8 +144,7 @@ class ObjectTableMaker(TableMaker):
     """Table maker that casts LiDARs or cameras into traffic and finds what they cover of the objects in its first
     frames that count.
 
-    shares: worth of an object by class and number of cells, (classes, most + 1); which: the objects that count here, of
-    those that count in the traffic.
+    shares: worth of an object by class and number of cells, (classes, most + 1).
     """
 
     def __init__(
@@ -158,15 +156,12 @@ class ObjectTableMaker(TableMaker):
         workers: int,
         weights: Weights,
         shares: Doubles,
-        which: NDArray[np.bool_] | None = None,
     ) -> None:
         self._traffic, self._frames, self._solid = traffic, frames, solid
         self._settings = replace(settings, min_points=1)
         self._caster, self._serial = TargetCaster(traffic, workers), TargetCaster(traffic)
         box = np.flatnonzero(traffic.counts[: traffic.starts[frames]])
         ring = weights.at(traffic.distance_m[box])
-        if which is not None:
-            ring = np.where(which, ring, 0.0)
         self._objects = shares, traffic.cls[box], ring
         super().__init__(self._numbers(), *worth_of(*self._objects, weights), workers)
 
@@ -330,20 +325,4 @@ def maker_of(problem: Problem, workers: int) -> TableMaker | None:
     of_objects = (problem.traffic, problem.frames, problem.settings, solid, workers, problem.weights)
     if tables == "heights":
         return CameraTableMaker(*of_objects, np.tile([0.0, 1.0], (len(CLASSES), 1)))
-    if tables == "chances":
-        return HitTableMaker(*of_objects, *_chances(problem))
     return HitTableMaker(*of_objects, hit_shares())
-
-
-def _chances(problem: Problem) -> tuple[Doubles, NDArray[np.bool_]]:
-    """Return predicted AP by class and number of cells, (classes, most + 1), and which objects it is said of."""
-    calibration, traffic = problem.calibration or shipped(), problem.traffic
-    if calibration.unit != "cells":
-        raise InputError("must be a calibration by cells, not by points", "calibration")
-    box = np.flatnonzero(traffic.counts[: traffic.starts[problem.frames]])
-    cells = np.arange(MOST_CELLS + 1)
-    every = np.ones(len(cells), np.bool_)
-    of_class = [np.full(len(cells), cls, np.uint8) for cls in range(len(CLASSES))]
-    shares = np.array([calibration.of_objects(cls, every, cells) for cls in of_class])
-    has = ~np.isnan(shares[:, 0])
-    return np.nan_to_num(shares), calibration.domain.holds(traffic.centre_m[box]) & has[traffic.cls[box]]

@@ -11,16 +11,17 @@ from riglens.core.figures.coverage import BLIND_GROUND, S_MS, VoxelFigure, seen_
 from riglens.core.figures.figure import Figure
 from riglens.core.figures.hits import ON_TARGET, TALL
 from riglens.core.figures.objects import ObjectFigure
-from riglens.core.figures.predicted import PREDICTED
 from riglens.core.figures.registry import figures
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.sensors.lidar import LIDAR
 
-Tables = Literal["cells", "chances", "heights", "voxels", "entropies", "ground", "none"]
+Tables = Literal["cells", "heights", "voxels", "entropies", "ground", "none"]
 """Things that candidates cover, of which tables are made; "none": each set is evaluated anew, and nothing bounds it."""
 _TABLES: dict[str, Tables] = {
-    ON_TARGET.key: "cells", PREDICTED.key: "chances", TALL.key: "heights", BLIND_GROUND.key: "ground",
-}  # fmt: skip
+    ON_TARGET.key: "cells",
+    TALL.key: "heights",
+    BLIND_GROUND.key: "ground",
+}
 WORST = "worst_failure"
 
 
@@ -91,7 +92,7 @@ def _tables_of(figure: Figure) -> Tables | None:
         return _TABLES[figure.key]
     if isinstance(figure, VoxelFigure):
         return None if figure.covered_by is None else "voxels"
-    is_mean = isinstance(figure, ObjectFigure) and not figure.is_median and figure.calibration is None
+    is_mean = isinstance(figure, ObjectFigure) and not figure.is_median and not figure.in_domain
     return "none" if is_mean and figure.better != "neither" else None
 
 

@@ -278,7 +278,7 @@ class Check:
         if calibration is not None:
             error = float(calibration.errors[1 + CLASSES.index(one.cls)])
             details = (f"± {100.0 * SE_FACTOR * error:.1f} %, two standard errors of the calibration",)
-            domain = f" {calibration.domain.region}"
+            domain = f" {calibration.domain.region}" if figure.in_domain else ""
         if not count:
             return missing(f"there is no {one.cls}{domain or ' there'}")
         text = f"{one.text} ({count:,} objects{domain})"

@@ -20,7 +20,7 @@ from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.readers.classes import ANY_TABLE, NUSCENES, UNMAPPED, ClassTable
 from riglens.core.scene.readers.nuscenes_tables import NuscenesTables, tables_folder
 from riglens.core.shown_text import visible
-from riglens.core.study.curves import FoundObjects
+from riglens.core.study.curves import FoundByCameras, FoundObjects
 from riglens.core.study.true_points import true_points
 from riglens.core.targets.calibration import MATCH_M, MIN_SCORE, Calibration, Curve, Curves, Domain
 from riglens.core.targets.traffic import Traffic
@@ -214,6 +214,38 @@ def recall(
         classes=Curves(**curves),
         mean_error=float(np.sqrt(np.mean(np.square(errors)) / len(errors))),
     )
+
+
+def with_cameras(
+    calibration: Calibration, traffic: Traffic, visible: Doubles, found: Detections, rules: Rules, source: str
+) -> Calibration:
+    """Add what cameras find to the curves of LiDARs: visible (k,) shares of the objects that count, and detections made
+    of pictures alone.
+
+    Raise InputError where they find no object of a class with a curve.
+    """
+    box = np.flatnonzero(traffic.counts)
+    cls = traffic.cls[box]
+    truth = Truth(
+        traffic.frame[traffic.frame_of_box[box]], cls, traffic.centre_m[box, :2], np.zeros(len(box), np.int64)
+    )
+    kept, hit, most = (
+        found.where(found.score >= rules.min_score),
+        np.zeros(len(box), np.bool_),
+        np.zeros(len(box)),
+    )
+    for number, class_name in enumerate(CLASSES):
+        curve, mine = calibration.classes.of(class_name), cls == number
+        if curve is not None:
+            most[mine] = curve.a
+            hit[mine] = found_objects(truth, kept, number, rules.match_m)[mine]
+    shown = (most > 0.0) & (visible > 0.0)
+    if not hit[shown].any():
+        raise InputError(
+            f"{source}: finds no object that the rig's cameras show; are they those of the results?"
+        )
+    objects = FoundByCameras(visible[shown], traffic.distance_m[box][shown], most[shown], hit[shown])
+    return calibration.model_copy(update={"camera": objects.fitted()})
 
 
 def _groups(traffic: Traffic) -> Counts:

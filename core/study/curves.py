@@ -9,13 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from riglens.core.targets.calibration import Curve
+from riglens.core.targets.calibration import CameraCurve, Curve
 
 Doubles = NDArray[np.float64]
 Parameters = tuple[float, float, float]
 
 LOWEST, HIGHEST = (0.01, 0.05, 0.1), (1.0, 5000.0, 10.0)
 """Of a, b and c; fits stay within."""
+_OF_CAMERAS = ((0.01, 100.0), (1.0, 1000.0))
+"""Limits of s and d0, metres."""
+_CAMERA_STARTS = ((1.5, 15.0), (1.0, 40.0), (5.0, 5.0))
 _STARTS = ((0.9, 5.0, 0.7), (0.9, 30.0, 1.0), (0.9, 30.0, 3.0))
 
 
@@ -94,3 +97,28 @@ class FoundObjects:
         some = objects > 0
         n, share, weight = self.n[some], found[some] / objects[some], np.sqrt(objects[some])
         return _fitted(lambda curve: weight * (curve.at(n) - share), starts or _STARTS)
+
+
+@dataclass(frozen=True)
+class FoundByCameras:
+    """Objects (k,) of a recording and what a detector found with pictures alone: the share that cameras show, metres
+    from the car, the chance that an object of the class is found at all, and whether it was found."""
+
+    visible: Doubles
+    distance_m: Doubles
+    most: Doubles
+    found: NDArray[np.bool_]
+
+    def fitted(self) -> CameraCurve:
+        """Return the curve with the least squares."""
+
+        def curve(x: Doubles) -> CameraCurve:
+            return CameraCurve(s=float(np.exp(x[0])), d0_m=float(np.exp(x[1])))
+
+        def misses(x: Doubles) -> Doubles:
+            return np.asarray(self.most * curve(x).at(self.visible, self.distance_m) - self.found)
+
+        (least_s, most_s), (least_m, most_m) = np.log(_OF_CAMERAS)
+        bounds = (least_s, least_m), (most_s, most_m)
+        found = [least_squares(misses, np.log(start), bounds=bounds) for start in _CAMERA_STARTS]
+        return curve(min(found, key=lambda one: one.cost).x)

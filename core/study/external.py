@@ -25,7 +25,6 @@ from riglens.core.metric.scores import PAPER_SETTINGS
 from riglens.core.rig.model import Lidar, LinearAngles, Rig
 from riglens.core.rig.presets import preset
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.targets.calibration import shipped
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import Traffic
@@ -239,13 +238,9 @@ def outcomes(
 def _figures(
     rig: Rig, recording: Recording, targets: TargetEngine, engine: Engine, frames: int
 ) -> dict[str, float]:
-    """Return means over the classes of the benchmark; the car's own body as the rig defines it.
-
-    The curves of predicted AP are read beyond the rectangle that they were fitted in, since the published average
-    precision counts objects there.
-    """
+    """Return means over the classes of the benchmark; the car's own body as the rig defines it."""
     classes = _CLASSES[recording]
-    settings = TargetSettings(body=None, calibration=shipped().within(targets.traffic.within_m))
+    settings = TargetSettings(body=None)
     counted = targets.evaluate(rig, settings, frames)
     of_objects = (PREDICTED, ON_TARGET, SHARE_5, SHARE_1)
     rows = [parts_by_class(counted, of_objects)[cls].total for cls in classes]

@@ -1,4 +1,4 @@
-"""Predicted detection: curves of average precision by a rig's hits on objects, and their file.
+"""Predicted detection: the chance that a detector finds an object, by a rig's hits and pixels, and its file.
 
 A curve belongs to one detector, and says nothing outside the domain in which it was fitted.
 """
@@ -12,7 +12,7 @@ from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from riglens.assets import asset_path
 from riglens.core.plain import Frozen
@@ -20,6 +20,8 @@ from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.checked import read_checked
 from riglens.core.rig.yaml.nodes import value_text
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.sensors.camera import CAMERA
+from riglens.core.sensors.lidar import LIDAR
 from riglens.core.targets.shapes import Shape
 
 Doubles = NDArray[np.float64]
@@ -30,12 +32,16 @@ Metres = Annotated[float, Field(gt=0.0, le=1000.0)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 Text = Annotated[str, Field(min_length=3, max_length=1000)]
 
-ACCEPTED = "a calibration of predicted detection, which starts with riglens_calibration: 1"
+VERSION: Literal[2] = 2
+ACCEPTED = f"a calibration of predicted detection, which starts with riglens_calibration: {VERSION}"
 WITHIN_M, MIN_SCORE, MATCH_M = 50.0, 0.3, 2.0
 """Of a calibration of one's own: objects count up to this distance, detections from this score on; they find objects
 whose centres are nearer than 2 m on the ground, where nuScenes measures errors of true positives. Our choice."""
 MOST = 4096
 """Objects with more points or cells count as having this many."""
+MIN_RECALL = 0.1
+"""Average precision leaves out recall up to here (nuScenes devkit 1.2.0, detection_cvpr_2019), so a detector that finds
+a share g of the objects has (g - 0.1) / 0.9 of it, at best."""
 
 
 class Curve(Frozen):
@@ -54,6 +60,18 @@ class Curve(Frozen):
     def at(self, n: Doubles) -> Doubles:
         """Return g of numbers of points or cells (...)."""
         return np.asarray(-self.a * np.expm1(-((n / self.b) ** self.c)))
+
+
+class CameraCurve(Frozen):
+    """Chance s v / (1 + (d / d0)^2), at most 1, that cameras find an object at distance d of which they show the share
+    v."""
+
+    s: Annotated[float, Field(gt=0.0, le=1000.0)]
+    d0_m: Metres
+
+    def at(self, visible: Doubles, distance_m: Doubles) -> Doubles:
+        """Return the chance of objects (k,), of which cameras show a share, at a distance along the ground."""
+        return np.minimum(1.0, self.s * visible / (1.0 + (distance_m / self.d0_m) ** 2))
 
 
 class Curves(Frozen):
@@ -118,48 +136,66 @@ class Domain(Frozen):
 
 
 class Calibration(Frozen):
-    """The curves of a detector, with its domain; mean_error: as `Curve.error`, of the mean over classes."""
+    """The curves of a detector, with its domain; camera: what cameras add, None where they were not calibrated;
+    mean_error: as `Curve.error`, of the mean over classes."""
 
-    riglens_calibration: Literal[1] = 1
+    riglens_calibration: Literal[2] = VERSION
     name: Text
     predicts: Predicts
     unit: Unit
     detector: Text
     source: Text
     domain: Domain
+    camera: CameraCurve | None = None
     classes: Curves
     mean_error: Share
+
+    @field_validator("riglens_calibration", mode="before")
+    @classmethod
+    def _current(cls, version: object) -> object:
+        if version == 1:
+            raise ValueError(f"must be {VERSION} (got 1): run `riglens calibrate` again")
+        return version
 
     @property
     def title(self) -> str:
         """The figure in two words."""
         return f"predicted {self.predicts}"
 
-    def of_objects(self, cls: NDArray[np.uint8], inside: NDArray[np.bool_], n: Counts) -> Doubles:
-        """Return g of objects (k,) of classes (k,) with n points or cells (k,): NaN outside the region, or for a class
-        without a curve."""
-        found = np.full(len(n), np.nan)
-        near = np.flatnonzero(inside)  # about half of the objects: the others cost nothing
-        found[near] = _table(self.classes)[cls[near], np.minimum(n[near], MOST)]
-        return found
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """The kinds of sensors that it reads."""
+        return (LIDAR.name,) if self.camera is None else (LIDAR.name, CAMERA.name)
 
-    def within(self, within_m: float) -> Calibration:
-        """Return the same curves for the objects within a distance of the car instead of those of its domain."""
-        disc = self.domain.model_copy(update={"within_m": within_m, "length_m": None, "width_m": None})
-        return self.model_copy(update={"domain": disc})
+    def by_lidars(self, cls: NDArray[np.uint8], n: Counts) -> Doubles:
+        """Return the chance that objects (k,) of classes (k,) with n points or cells (k,) are found by LiDARs alone;
+        NaN for a class without a curve."""
+        return np.asarray(_table(self.classes)[cls, np.minimum(n, MOST)])
+
+    def by_all(self, cls: NDArray[np.uint8], by_lidars: Doubles, by_cameras: Doubles) -> Doubles:
+        """Return the chance that objects (k,) of classes (k,) are found: a (1 - (1 - q_L) (1 - q_C)), with by_lidars =
+        a q_L and by_cameras = q_C; the two fail independently among what can be found at all."""
+        most = np.array([math.nan if one is None else one.a for one in self._curves])[cls]
+        return by_lidars + (most - by_lidars) * by_cameras
+
+    def predicted(self, chance: Doubles) -> Doubles:
+        """Return what a mean of chances says: recall as it is, or average precision, below 0 where there is none."""
+        return chance if self.predicts == "recall" else (chance - MIN_RECALL) / (1.0 - MIN_RECALL)
+
+    @property
+    def _curves(self) -> list[Curve | None]:
+        return [self.classes.of(name) for name in CLASSES]
 
     @property
     def errors(self) -> Doubles:
         """Errors on rigs or sequences left out: of the mean over classes, then by class; NaN without a curve."""
-        curves = [self.classes.of(name) for name in CLASSES]
-        return np.array([self.mean_error, *(math.nan if one is None else one.error for one in curves)])
+        own = (math.nan if one is None else one.error for one in self._curves)
+        return np.array([self.mean_error, *own])
 
     def outside(self, rig: Rig, shape: Shape, range_law: bool) -> str:
         """Return why a rig, or the way in which it is counted, is outside the domain; nothing where it is inside."""
         rays, shown = sum(lidar.ray_count for lidar in rig.enabled_lidars()), self.domain.rays
-        if not rays:
-            return "the rig has no enabled LiDAR, and no camera is calibrated"
-        if shown is not None and not shown[0] <= rays <= shown[1]:
+        if rays and shown is not None and not shown[0] <= rays <= shown[1]:
             return f"shown for {shown[0]:,} to {shown[1]:,} LiDAR rays, and the rig has {rays:,}"
         if shape != "class" or not range_law:
             return "shown for class shapes with the range law"

@@ -174,9 +174,13 @@ class Counted:
         """Return why the rig, or the way of counting, is outside a calibration's domain; "" inside."""
         return calibration.outside(self.rig, self.settings.shape, self.settings.range_law)
 
-    def curve(self, calibration: Calibration | None) -> Doubles:
-        """Return the curve of a calibration at each object, (k,): NaN where it says nothing."""
-        if calibration is None or not self.objects.lidars:
-            return np.full(len(self.objects.box), np.nan)
+    def by_lidars(self, calibration: Calibration) -> Doubles:
+        """Return the chance that LiDARs alone find each object, (k,), by the curves of a calibration."""
         n = self.objects.cells if calibration.unit == "cells" else self.objects.all_points
-        return calibration.of_objects(self.groups.cls, self.groups.inside(calibration.domain), n)
+        return calibration.by_lidars(self.groups.cls, n)
+
+    def by_cameras(self, calibration: Calibration) -> Doubles:
+        """Return the share of the objects that can be found at all that cameras find, of each object, (k,)."""
+        if calibration.camera is None:
+            return np.zeros(len(self.objects.box))
+        return calibration.camera.at(self.objects.visible, self.traffic.distance_m[self.objects.box])

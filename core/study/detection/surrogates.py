@@ -94,6 +94,8 @@ def _of(
 def _of_objects(counted: Counted, judged: NDArray[np.bool_] | None) -> dict[str, list[float]]:
     cls = counted.groups.cls
     values = {one.key: one.values(counted) for one in (PREDICTED, ON_TARGET, SHARE_5, SHARE_1)}
+    inside = counted.groups.inside(counted.calibration.domain)  # where the detector was judged
+    values[PREDICTED.key] = np.where(inside, values[PREDICTED.key], np.nan)
 
     def by_class(values: NDArray[Any]) -> list[float]:
         return [_mean(values[cls == number]) for number in range(len(CLASSES))]
@@ -110,4 +112,4 @@ def _of_objects(counted: Counted, judged: NDArray[np.bool_] | None) -> dict[str,
 def _mean(values: NDArray[Any]) -> float:
     """Return the mean of those values that are known; 0 without any."""
     known = values[~np.isnan(values)]
-    return float(known.mean()) if known.size else 0.0
+    return max(float(known.mean()), 0.0) if known.size else 0.0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,12 @@ from riglens.app.commands import main
 from riglens.core.errors import InputError
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.study.calibrating import FEWEST
-from riglens.core.targets.calibration import Curve, read_calibration
+from riglens.core.targets.calibration import CameraCurve, Curve, read_calibration
+from riglens.core.targets.engine import TargetEngine
+from riglens.core.targets.object_table import object_table
+from riglens.core.targets.settings import USUAL
+from riglens.evaluation.options import SceneOptions
+from riglens.evaluation.traffic import load_traffic
 from tests.core.nuscenes_folder import random_boxes, write_tables
 
 TRUTH = {
@@ -82,13 +88,46 @@ def test_the_calibration_predicts_for_a_rig(folder: Path) -> None:
     document = found.to_dict()
     assert document["calibration"]["predicts"] == "recall"
     assert document["rigs"][0]["classes"]["bicycle"]["predicted"] is None
-    assert document["rigs"][0]["predicted_mean"] is None
+    classes = [found[name].total.predicted.value for name in ("car", "pedestrian")]
+    assert document["rigs"][0]["predicted_mean"]["value"] == pytest.approx(sum(classes) / 2.0)
 
 
 def test_points_may_be_those_predicted_for_a_rig(folder: Path) -> None:
     results, boxes = folder / "results.json", folder / "boxes.csv"
     found = rl.calibrate(results, boxes, rig=rl.open_rig("nuScenes car"))
     assert found.classes.car is not None and found != rl.calibrate(results, boxes)
+
+
+def test_what_cameras_add_is_recovered_from_results_of_pictures_alone(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    boxes, pictures, rig = folder / "boxes.csv", folder / "pictures.json", rl.open_rig("nuScenes car")
+    traffic = load_traffic(SceneOptions(boxes=boxes), 50.0)
+    counted = TargetEngine(traffic).evaluate(rig, replace(USUAL, body=None))
+    table = object_table(counted).to_pylist()
+    order = np.argsort(traffic.row[counted.objects.box], kind="stable")
+    shown = counted.objects.visible[order].tolist()
+    truth, rng = CameraCurve(s=1.2, d0_m=18.0), np.random.default_rng(5)
+    calibration = rl.calibrate(folder / "results.json", boxes, rig=rig)
+    results = dict[str, list[dict[str, Any]]]()
+    for row, visible in zip(table, shown, strict=True):
+        most = calibration.classes.of(row["cls"])
+        chance = truth.at(np.array([visible]), np.hypot(row["x"], row["y"])[None])[0]
+        if most is not None and rng.random() < most.a * chance:
+            found = results.setdefault(f"{row['seq']}/{row['frame']}", [])
+            found.append(detection(row["cls"], row["x"], row["y"], 0.9))
+    pictures.write_text(json.dumps({"results": results}))
+    out, given = folder / "both.yaml", ("--boxes", str(boxes), "--rig", "nuScenes car")
+    given += ("--cameras", str(pictures), "--out", str(out))
+    assert main(["calibrate", str(folder / "results.json"), *given]) == 0
+    both = read_calibration(out)
+    assert both.classes == calibration.classes and both.camera is not None
+    assert "d0" in capsys.readouterr().out
+    for visible, distance_m in ((1.0, 10.0), (0.5, 20.0), (1.0, 30.0)):
+        one = both.camera.at(np.array([visible]), np.array([distance_m]))
+        assert one == pytest.approx(truth.at(np.array([visible]), np.array([distance_m])), abs=0.05)
+    with pytest.raises(InputError, match="rig"):
+        rl.calibrate(folder / "results.json", boxes, cameras=pictures)
 
 
 @pytest.mark.parametrize(

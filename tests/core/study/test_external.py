@@ -127,8 +127,8 @@ def test_json_says_which_published_ratios_are_predicted() -> None:
 
 
 @pytest.mark.skipif(not SHARED.is_dir(), reason="needs the real data beside the project")
-def test_predicted_ap_passes_four_of_six_on_the_recordings() -> None:
-    """Of nuScenes within 50 m and of KITTI within 60 m; in the rectangle it would pass none."""
+def test_predicted_ap_passes_five_of_six_on_the_recordings() -> None:
+    """Of nuScenes within 50 m and of KITTI within 60 m."""
     found: list[ExperimentRatios] = []
     engine = Engine(field_of(grid_of(2, 2, 2)))
     for recording, boxes, origin_m in RECORDINGS:
@@ -136,7 +136,7 @@ def test_predicted_ap_passes_four_of_six_on_the_recordings() -> None:
         data = load_traffic(options, WITHIN_M[recording])
         found += outcomes(recording, data, engine, min(FRAMES, data.frames))
     retrained = document(found)["groups"][0]["tests"]
-    assert (sum(test["passes"] for test in retrained), len(retrained)) == (4, 6)
+    assert (sum(test["passes"] for test in retrained), len(retrained)) == (5, 6)
 
 
 SENTENCES = {

@@ -11,11 +11,15 @@ import pytest
 
 from riglens.core.errors import InputError
 from riglens.core.figures.documents import objects_document
-from riglens.core.figures.predicted import FOUND, PREDICTED, found_text, predicted_mean
+from riglens.core.figures.figure import ALL
+from riglens.core.figures.predicted import FOUND, PREDICTED, found_text
+from riglens.core.rig.model import Camera, Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.targets.calibration import (
+    MIN_RECALL,
     MOST,
     Calibration,
+    CameraCurve,
     Curve,
     Curves,
     Domain,
@@ -28,6 +32,7 @@ from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import USUAL
 from tests.core.builders import rig_of, spinning
 from tests.core.targets.cases import by_sector, parts, traffic
+from tests.core.test_sectors import radar
 
 CAR = Curve(a=0.9, b=12.0, c=0.8, error=0.02, objects=100)
 PEDESTRIAN = Curve(a=0.8, b=3.0, c=2.0, error=0.03, objects=50)
@@ -60,24 +65,63 @@ def scores(
     return TargetEngine(TRAFFIC, threads=1).evaluate(RIG, CALIBRATED, frames)
 
 
-def test_the_prediction_is_the_mean_of_the_curve_over_objects_of_the_region() -> None:
+def test_the_prediction_is_the_mean_of_the_curve_over_the_objects_that_all_figures_count() -> None:
     found = scores()
     objects, box = found.objects, found.objects.box
-    x, y = TRAFFIC.centre_m[box, 0], TRAFFIC.centre_m[box, 1]
-    inside = (np.hypot(x, y) <= 30.0) & (np.abs(x) < 20.0) & (np.abs(y) < 10.0)
     for name, curve in (("car", CAR), ("pedestrian", PEDESTRIAN)):
-        chosen = inside & (TRAFFIC.cls[box] == CLASSES.index(name))
+        chosen = TRAFFIC.cls[box] == CLASSES.index(name)
         n = objects.all_points[chosen]
         wanted = [curve.a * (1.0 - math.exp(-((one / curve.b) ** curve.c))) for one in n.tolist()]
         row = parts(found)[name].total.predicted
-        assert row.objects == chosen.sum() < len(PLACES) * 6
+        assert row.objects == chosen.sum() == parts(found)[name].total.share_5.objects
         assert row.value == pytest.approx(np.mean(wanted)) and row.value > 0.0
         assert (row.se, row.sample_se) == (curve.error, 0.0), "all frames were used"
         rings = [ring.predicted for ring in parts(found)[name].rings]
         total = sum(ring.objects * ring.value for ring in rings)
         assert total / row.objects == pytest.approx(row.value)
     assert not parts(found)["bicycle"].total.predicted.exists, "the class has no curve"
-    assert not predicted_mean(found).exists
+    classes = [parts(found)[name].total.predicted for name in ("car", "pedestrian")]
+    mean = PREDICTED.estimates(found, "all")[ALL][0]
+    assert mean.value == pytest.approx(sum(one.value for one in classes) / 2.0) and mean.se == NEAR.mean_error
+
+
+def test_cameras_and_lidars_fail_independently_and_precision_leaves_out_the_first_recall() -> None:
+    curve, camera = CAR.model_copy(update={"a": 0.7}), CameraCurve(s=1.5, d0_m=15.0)
+    fused = shipped().model_copy(update={"classes": Curves(car=curve), "camera": camera})
+    rig = Rig(sensors=(*RIG.sensors, Camera(name="camera", position=(0.0, 0.0, 1.6), hfov_deg=90.0)))
+    settings = replace(USUAL, calibration=fused)
+    found = TargetEngine(TRAFFIC, threads=1).evaluate(rig, settings)
+    chosen = TRAFFIC.cls[found.objects.box] == 0
+    n, visible = found.objects.cells[chosen].tolist(), found.objects.visible[chosen].tolist()
+    far = TRAFFIC.distance_m[found.objects.box][chosen].tolist()
+    chances = []
+    for cells, share, distance_m in zip(n, visible, far, strict=True):
+        q_lidar = 1.0 - math.exp(-((cells / curve.b) ** curve.c))
+        q_camera = min(1.0, 1.5 * share / (1.0 + (distance_m / 15.0) ** 2))
+        chances.append([0.7 * one for one in (1.0 - (1.0 - q_lidar) * (1.0 - q_camera), q_lidar, q_camera)])
+    wanted = (np.mean(chances, axis=0) - MIN_RECALL) / (1.0 - MIN_RECALL)
+    assert max(visible) > 0.5 > wanted[2] > 0.0, "cameras see some of the objects"
+    car = PREDICTED.estimates(found, "all")["car"][0]
+    assert [car.value, car.parts["lidar"], car.parts["camera"]] == pytest.approx(wanted.tolist())
+    cells = PREDICTED.cells(found, TargetEngine(TRAFFIC, threads=1).evaluate(RIG, settings))
+    assert cells.change[1, 0] == pytest.approx(wanted[0] - wanted[1])
+    assert cells.parts["camera"].change[1, 0] == pytest.approx(wanted[2])
+
+
+def test_no_precision_is_below_zero_and_a_rig_of_cameras_alone_has_one() -> None:
+    camera = Camera(name="camera", position=(0.0, 0.0, 1.6), hfov_deg=90.0)
+    blind = camera.model_copy(update={"position": (0.0, 0.0, 90.0)})
+    some, none, radars = (
+        TargetEngine(TRAFFIC, threads=1).evaluate(Rig(sensors=sensors), USUAL)
+        for sensors in ((camera,), (blind,), (radar(),))
+    )
+    assert parts(some)["car"].total.predicted.value > 0.0
+    assert parts(none)["car"].total.predicted.value == 0.0
+    assert PREDICTED.cells(some, none).change[1, 0] == parts(some)["car"].total.predicted.value
+    assert "no enabled LiDAR or camera" in parts(radars)["car"].total.predicted.reason
+    lidars_alone = replace(USUAL, calibration=NEAR)
+    lack = TargetEngine(TRAFFIC, threads=1).evaluate(Rig(sensors=(camera,)), lidars_alone)
+    assert "no enabled LiDAR" in parts(lack)["car"].total.predicted.reason
 
 
 def test_a_sample_of_frames_adds_its_own_error() -> None:
@@ -148,15 +192,13 @@ def test_what_lies_outside_the_domain_is_said() -> None:
     assert "plain" not in NEAR.outside(RIG, "class", True)
     assert "class shapes" in calibration.outside(RIG, "box", True)
     assert "rays" in calibration.outside(rig_of(spinning((0.0, 0.0, 1.8), count=2)), "class", True)
-    assert "no enabled LiDAR" in NEAR.outside(rig_of(), "class", True)
     none = TargetEngine(TRAFFIC, threads=1).evaluate(rig_of(), USUAL)
     row = parts(none)["car"].total.predicted
     assert not row.exists and "no enabled" in row.reason
 
 
 def test_numbers_beyond_the_table_are_those_of_its_end() -> None:
-    cls, inside = np.zeros(2, np.uint8), np.ones(2, np.bool_)
-    found = NEAR.of_objects(cls, inside, np.array([MOST, 10 * MOST]))
+    found = NEAR.by_lidars(np.zeros(2, np.uint8), np.array([MOST, 10 * MOST]))
     assert found[0] == found[1] == pytest.approx(CAR.a)
 
 
@@ -170,7 +212,8 @@ def test_a_calibration_reads_back_to_the_same_bits(tmp_path: Path, calibration: 
 @pytest.mark.parametrize(
     ("old", "new", "line", "names"),
     [
-        ("riglens_calibration: 1", "riglens_calibration: 2", 1, "riglens_calibration"),
+        ("riglens_calibration: 2", "riglens_calibration: 3", 1, "riglens_calibration"),
+        ("riglens_calibration: 2", "riglens_calibration: 1", 1, "riglens calibrate"),
         ("unit: points", "unit: pixels", 4, "unit"),
         ("a: 0.9,", "a: 1.5,", 10, "classes.car.a"),
         ("b: 12.0,", "b: .nan,", 10, "classes.car.b"),

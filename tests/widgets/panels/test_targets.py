@@ -73,28 +73,6 @@ def test_a_panel_out_of_sight_makes_its_table_when_it_is_looked_at(panel: Target
     assert item(panel, "car", 0).text
 
 
-def test_the_region_of_the_prediction_makes_all_figures_of_the_same_objects(panel: TargetsPanel) -> None:
-    def objects() -> list[int]:
-        return [int(line.split("\t")[4]) for line in panel.table.as_text().splitlines()[1:]]
-
-    panel.choose(ON_TARGET.key)
-    show(panel)
-    everywhere, note = objects(), panel._note.text()
-    panel.choose(PREDICTED.key)
-    predicted, total = objects(), sum(objects()[1:])
-    panel.choose(ON_TARGET.key)
-    panel._region.setCurrentIndex(1)
-    assert objects() == predicted and sum(predicted) < sum(everywhere)
-    now = counts(NOW)
-    domain = now.calibration.domain
-    inside = domain.holds(TRAFFIC.centre_m[now.objects.box])
-    on_target = now.objects.on_target[inside & (TRAFFIC.cls[now.objects.box] == 0)].mean()
-    assert item(panel, "car", 0).text == value_text(ON_TARGET, float(on_target), decimals=1)
-    assert domain.region in panel._note.text() != note and f"{total:,} objects" in panel._note.text()
-    panel._region.setCurrentIndex(0)
-    assert objects() == everywhere and panel._note.text() == note
-
-
 def test_a_cell_shows_value_error_and_change(panel: TargetsPanel) -> None:
     show(panel, 12)
     panel.choose(ON_TARGET.key)
@@ -288,7 +266,7 @@ def test_the_score_table_shows_predicted_detection_with_the_error_of_its_calibra
     change = float(PREDICTED.cells(now, before).change[CLASSES_AND_ALL.index("car"), 0])
     assert scores.table.cell("car", "predicted change").text == change_text(PREDICTED, change)
     assert now.calibration.detector in scores.table.cell("car", "predicted").tip
-    assert now.calibration.domain.region in scores.table.cell("car", "predicted").tip
+    assert f"within {now.within_m:g} m" in scores.table.cell("car", "predicted").tip
 
 
 def test_the_domain_stands_with_the_share_found_and_goes_with_it(scores: ScoresPanel) -> None:
@@ -328,18 +306,10 @@ def test_a_figure_is_grey_outside_its_domain_and_says_why(scores: ScoresPanel) -
 def test_a_rig_of_cameras_has_no_figure_of_lidars_and_says_why(scores: ScoresPanel) -> None:
     eye = counts(rig_of(camera((0.0, 0.0, 1.6))))
     show_counted(scores, cells_of(eye, counts(NOW)))
-    for key in (PREDICTED.key, ON_TARGET.key):
+    for key in (ON_TARGET.key,):
         cell, change = scores.table.cell("car", key), scores.table.cell("car", f"{key} change")
         assert (cell.text, cell.tone, change.text, change.tone) == ("—", "muted", "—", "muted")
         assert "LiDAR" in cell.tip and set(cell.values) == {None}
-
-
-def test_a_baseline_without_a_figure_takes_away_the_change_and_not_the_value(scores: ScoresPanel) -> None:
-    now, eye = counts(NOW), counts(rig_of(camera((0.0, 0.0, 1.6))))
-    show_counted(scores, cells_of(now, eye))
-    (found,) = PREDICTED.estimates(now, "all")["car"]
-    assert scores.table.cell("car", "predicted").text == estimate_text(PREDICTED, found)
-    assert scores.table.cell("car", "predicted change").text == "—"
 
 
 @pytest.mark.parametrize(

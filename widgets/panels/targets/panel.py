@@ -6,7 +6,6 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-import numpy as np
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QSpinBox, QToolButton, QVBoxLayout, QWidget
@@ -23,7 +22,6 @@ from riglens.widgets.panels.targets.rose import RoseView
 from riglens.widgets.panels.targets.table import TargetTable
 
 if TYPE_CHECKING:  # made by the thread that counts, which loads the compiler
-    from riglens.core.targets.calibration import Domain
     from riglens.core.targets.counts import Counted
 
 FRAME_TIP = (
@@ -32,11 +30,6 @@ FRAME_TIP = (
     "of LiDAR rays. Points are those of the table: class shapes, range law, random spin "
     "phase. The dots are nominal rays on plain boxes."
 )
-REGIONS = {
-    "all distances": "All objects within 60 m.",
-    "where AP is predicted": "Objects in the region of predicted AP, so that figures are of the same objects.",
-}
-"""Objects that figures are of: within a radius, or in the region of a calibration, such as a rectangle."""
 MOST_POINTS = 1000
 WAITING = "Counting objects…"
 POINTS_TIP = (
@@ -64,7 +57,7 @@ class TargetsPanel(QWidget):
         self._shown: tuple[Counted, Counted, str] | None = None
         self._is_stale = self._is_behind = False
         self.table, self.rose = TargetTable(), RoseView()
-        self._choice, self._region, self._points = ChoiceBox(), ChoiceBox(), QSpinBox()
+        self._choice, self._points = ChoiceBox(), QSpinBox()
         self._note = plain_label(WAITING, "hint", shrinks=True)
         self._figures: tuple[ObjectFigure, ...] = ()
         self._said = ""
@@ -76,11 +69,6 @@ class TargetsPanel(QWidget):
         self._choice.setObjectName("target_quantity")
         self._offer(())
         self._choice.currentIndexChanged.connect(lambda _: self._show())
-        self._region.setObjectName("target_region")
-        for title, tip in REGIONS.items():
-            self._region.addItem(title)
-            self._region.setItemData(self._region.count() - 1, tip, Qt.ItemDataRole.ToolTipRole)
-        self._region.currentIndexChanged.connect(lambda _: self._show())
         self._points.setObjectName("min_points")
         self._points.setRange(1, MOST_POINTS)
         self._points.setValue(self._settings.min_points)
@@ -90,7 +78,7 @@ class TargetsPanel(QWidget):
         self._points.setToolTip(POINTS_TIP)
         self._points.valueChanged.connect(self._on_points)
         row = filled(
-            QHBoxLayout(), QLabel("Show"), self._choice, self._region, QLabel("Detected from"), self._points,
+            QHBoxLayout(), QLabel("Show"), self._choice, QLabel("Detected from"), self._points,
             margins=(MARGIN, 5, MARGIN, 6), spacing=SPACING,
         )  # fmt: skip
         row.addSpacing(SPACING)
@@ -213,9 +201,8 @@ class TargetsPanel(QWidget):
         if self._shown is None or self._is_behind:
             return
         now, before, baseline = self._shown
-        domain = self._domain(now)
-        whole = FigureCells.of(self.figure, now, before, "all", domain)
-        rings = FigureCells.of(self.figure, now, before, "ring", domain)
+        whole = FigureCells.of(self.figure, now, before)
+        rings = FigureCells.of(self.figure, now, before, "ring")
         self.table.show_figure(whole, rings, now.groups.edges_m.tolist(), baseline)
         self._show_rose()
         self._show_note()
@@ -225,29 +212,23 @@ class TargetsPanel(QWidget):
     def _show_note(self) -> None:
         if self._shown is not None and not self._said:
             now, _, _ = self._shown
-            self._note.setText(_note(now, self._domain(now)))
+            self._note.setText(_note(now))
             self._note.setToolTip(self.figure.tip)
 
     def _show_rose(self) -> None:
         if self._shown is not None and not self._is_behind:
             now, before, baseline = self._shown
-            cells = FigureCells.of(self.figure, now, before, "ring and sector", self._domain(now))
+            cells = FigureCells.of(self.figure, now, before, "ring and sector")
             self.rose.show_figure(cells, self.table.who, now.groups.edges_m.tolist(), baseline)
-
-    def _domain(self, now: Counted) -> Domain | None:
-        """Return the domain whose objects are shown; None for all that count."""
-        return now.calibration.domain if self._region.currentIndex() else None
 
     def _on_points(self, number: int) -> None:
         self._settings = replace(self._settings, min_points=number)
         self.settings_wanted.emit(self._settings)
 
 
-def _note(counted: Counted, domain: Domain | None) -> str:
-    """Describe the number of objects, in a domain or of all, and of frames, and the accuracy."""
+def _note(counted: Counted) -> str:
+    """Describe the number of objects and of frames, and the accuracy."""
     users = f"{len(counted.objects.box):,} objects within {counted.within_m:g} m"
-    if domain is not None:
-        users = f"{np.count_nonzero(counted.groups.inside(domain)):,} objects {domain.region}"
     if counted.is_whole:
         return f"{users}, all {counted.frames:,} frames"
     return f"{users}, sample of {counted.frames_used:,} of {counted.frames:,} frames, ± two standard errors"
