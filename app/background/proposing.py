@@ -32,8 +32,7 @@ if TYPE_CHECKING:  # loads the compiler
     from numpy.typing import NDArray
 
     from riglens.core.optimise.problem import Problem
-    from riglens.core.optimise.results import OptimiseResult
-    from riglens.core.optimise.run import Progress
+    from riglens.core.optimise.results import OptimiseResult, Progress
     from riglens.core.optimise.skin import SkinGains
     from riglens.core.targets.traffic import Traffic
 

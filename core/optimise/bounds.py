@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from riglens.core.optimise.tables import CoverTable, SetFunction
 
 Doubles = NDArray[np.float64]
 Ids = NDArray[np.int64]
+T = TypeVar("T")
 CUTS, MOST_GAINS = 24, 100_000
 _AT_ONCE, _STEPS = 16, 256
 _SLACK = 1e-9
@@ -30,6 +31,48 @@ class Bound:
 
     value: float
     kind: Literal["cuts", "proven"]
+
+
+Now = tuple[str, list[int] | None, int | None]
+"""A step of a search: its stage, the best set so far, and the bound so far."""
+Cap = tuple[CoverTable, Limits]
+"""A table, and limits of sets of its candidates, the best of which is worth no less than any allowed set."""
+
+
+def bounded(
+    figure: SetFunction, goal: SetFunction, limits: Limits, chosen: list[int], caps: Sequence[Cap]
+) -> Generator[Now, None, tuple[list[int], Bound | None]]:
+    """Try to prove a set, the best found; bound it by cuts of the least concave functions above it where that takes too
+    many steps, or where the figure is not submodular. Return the best set, and None where nothing bounds it.
+
+    figure: what is bounded; goal: the same after what comes before it, which counts whole units.
+    """
+    if any(table is figure for table, _ in caps):
+        first = goal.value(chosen) - figure.value(chosen)  # what comes before the figure is all there
+        proof = branch_and_bound(goal, limits, chosen)
+        chosen, proven = yield from _falling("proving", chosen, proof, first)
+        if proven:
+            return chosen, Bound(figure.value(chosen), "proven")
+    bounds = list[int]()
+    for table, its_limits in caps:
+        cuts = fractional_bound(table, its_limits, chosen)
+        bounds.append((yield from _falling("bounding", chosen, cuts)))
+    return chosen, Bound(min(bounds), "cuts") if bounds else None
+
+
+def _falling(
+    stage: str, chosen: list[int], steps: Generator[int, None, T], first: int = 0
+) -> Generator[Now, None, T]:
+    """Run steps that yield bounds, and yield the least so far, without what comes first."""
+    least: int | None = None
+    while True:
+        try:
+            bound = next(steps) - first
+        except StopIteration as end:
+            found: T = end.value
+            return found
+        least = bound if least is None else min(least, bound)
+        yield stage, chosen, least
 
 
 def most_that_fit(limits: Limits) -> int:

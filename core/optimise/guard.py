@@ -128,8 +128,12 @@ class ObjectSampler:
         weights: Weights = EVEN,
         is_stale: IsStale = never_stale,
     ) -> None:
-        self._traffic, self._engine = traffic, TargetEngine(traffic, threads)
+        self._traffic, self.threads, self._engine = traffic, threads, TargetEngine(traffic, threads)
         self._goal, self._weights, self._is_stale = goal or objective_named("on_target"), weights, is_stale
+
+    def on(self, traffic: Traffic) -> ObjectSampler:
+        """Return the sampler of the same objective on other traffic."""
+        return ObjectSampler(traffic, self.threads, self._goal, self._weights, self._is_stale)
 
     def __call__(self, rig: Rig, settings: TargetSettings, frames: tuple[int, int]) -> Sample:
         """Evaluate a rig; raise Cancelled when stale. Objects without the figure are left out."""
@@ -169,17 +173,13 @@ def guard(cases: Sequence[Case]) -> Iterator[GuardResult]:
 
 
 def cases_of(
-    problem: Problem, proposal: Rig, reference: Rig, threads: int | None, is_stale: IsStale = never_stale
+    problem: Problem, proposal: Rig, reference: Rig, sampler: ObjectSampler, is_stale: IsStale = never_stale
 ) -> list[Case]:
-    """Return the cases in which a proposal is compared with a reference."""
+    """Return the cases in which a proposal is compared with a reference; sampler: of the problem's own traffic."""
     if not problem.goal.of_objects:
-        return exact_cases(problem, proposal, reference, threads, is_stale)
-
-    def sampler(traffic: Traffic) -> Sampler:
-        return ObjectSampler(traffic, threads, problem.goal, problem.weights, is_stale)
-
+        return exact_cases(problem, proposal, reference, sampler.threads, is_stale)
     pair, settings, own = (proposal, reference), problem.settings, problem.traffic
-    cases = sampled_cases(*pair, sampler(own), settings, problem.frames, problem.last, problem.goal.sign)
+    cases = sampled_cases(*pair, sampler, settings, problem.frames, problem.last, problem.goal.sign)
     for (
         name,
         traffic,
@@ -189,7 +189,9 @@ def cases_of(
         )
         first, last = (0, traffic.frames) if is_other else (problem.frames, problem.last)
         where, usual = (first, min(last, first + FEW)), replace(settings, phase="random")
-        cases.append(_sampled(name, sampler(traffic), [(usual, *pair)], where, problem.goal.sign, is_other))
+        cases.append(
+            _sampled(name, sampler.on(traffic), [(usual, *pair)], where, problem.goal.sign, is_other)
+        )
     return cases
 
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from riglens.core.blind.outline import Outline
 from riglens.core.errors import Cancelled, InputError, IsStale, never_stale
 from riglens.core.geometry import Pose, rpy_deg_from_rotation
+from riglens.core.optimise.search import Limits
 from riglens.core.optimise.spots import Spot, box_spots, skin_spots
 from riglens.core.review.mounts import (
     SIDES,
@@ -265,6 +266,41 @@ def candidates(
         where = "on the car's skin" if additions.box_m is None else "in the box"
         raise InputError(f"no mount {where} keeps all limits: relax height, spacing, beyond or keep-out")
     return tuple(found)
+
+
+@dataclass(frozen=True)
+class Choices:
+    """Candidates of a search, the limits of sets of them, and the rig without the sensors that move."""
+
+    candidates: tuple[Candidate, ...]
+    limits: Limits
+    rest: Rig
+
+    @property
+    def stays(self) -> list[int]:
+        """Numbers of the sensors that stay as they are."""
+        return [number for number, one in enumerate(self.candidates) if one.is_as_now]
+
+
+def choices_of(
+    rig: Rig,
+    additions: Additions,
+    seed: int = 0,
+    is_stale: IsStale = never_stale,
+    moves: Sequence[Move] = (),
+) -> Choices:
+    """Return what sets may be chosen from: of added ones `additions.count`, and one of each move."""
+    listed, rest = candidates(rig, additions, seed, is_stale, moves), locked(rig, moves)
+    room = np.array([additions.count if additions.models else 0, *(1 for _ in moves)], np.int64)
+    limits = Limits(
+        int(room.sum()),
+        np.array([one.cost for one in listed]),
+        additions.budget,
+        conflicts(listed, rest, rules_for(rig, additions.rules)),
+        np.array([one.slot for one in listed], np.int64),
+        room,
+    )
+    return Choices(listed, limits, rest)
 
 
 def mounted(rig: Rig, picked: Sequence[Candidate]) -> Rig:

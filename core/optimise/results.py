@@ -18,6 +18,7 @@ from riglens.core.optimise.bounds import Bound
 from riglens.core.optimise.guard import KEPT, GuardResult, Verdict, verdict
 from riglens.core.optimise.mounts import Candidate
 from riglens.core.optimise.problem import Problem
+from riglens.core.optimise.skin import SkinGains
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.file import new_rig_file
 from riglens.core.shown_text import spreadsheet_cell
@@ -179,6 +180,23 @@ class OptimiseResult:
         with atomic_write(path / TABLE, "w") as stream:
             stream.write(text.getvalue())
         return (*files, path / TABLE)
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Progress of a search: the current step, the share of it that is done, and the best rig so far.
+
+    value, bound: the figure of the best rig and of any other, once candidates have been cast; skin: their gains for any
+    rig; result: what is known, once all but the guard is done.
+    """
+
+    stage: str
+    share: float
+    best: Rig | None = None
+    value: float | None = None
+    bound: float | None = None
+    skin: SkinGains | None = None
+    result: OptimiseResult | None = None
 
 
 def check_folder(folder: str | os.PathLike[str]) -> None:

@@ -30,6 +30,11 @@ class Limits:
     slot: Ids = field(default_factory=lambda: np.zeros(0, np.int64))
     room: Ids = field(default_factory=lambda: np.zeros(0, np.int64))
 
+    def among(self, some: Sequence[int]) -> Limits:
+        """Return the limits of some candidates, numbered anew."""
+        apart = self.conflicts[np.ix_(some, some)]
+        return Limits(self.count, self.costs[some], self.budget, apart, self.slot[some], self.room)
+
     def open_to(self, chosen: Sequence[int]) -> Flags:
         """Return which candidates may join a set, (n,)."""
         if len(chosen) >= self.count:

@@ -15,9 +15,10 @@ from riglens.core.optimise.bounds import branch_and_bound
 from riglens.core.optimise.makers import HitTableMaker, hit_shares
 from riglens.core.optimise.mounts import Additions, candidates, conflicts, rules_for
 from riglens.core.optimise.problem import Problem
-from riglens.core.optimise.run import CASTING, optimise, skin_gains
+from riglens.core.optimise.run import optimise, skin_gains
 from riglens.core.optimise.search import Limits, search
 from riglens.core.optimise.skin import SkinGains
+from riglens.core.optimise.space import CASTING
 from riglens.core.optimise.weights import EVEN
 from riglens.core.rig.model import Rig
 from riglens.core.rig.presets import preset

@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
-from riglens.core.optimise.mounts import Additions, Move, candidates, conflicts, locked, mounted, rules_for
-from riglens.core.optimise.run import filled
-from riglens.core.optimise.search import Limits, search
+from riglens.core.optimise.mounts import Additions, Move, choices_of, mounted, rules_for
+from riglens.core.optimise.search import search
+from riglens.core.optimise.space import filled
 from riglens.core.review.mounts import MountLimits, Overhang, violations
 from riglens.core.rig.edits import mirrored_pose, with_mirror_image
 from riglens.core.rig.library import default_library
@@ -63,24 +63,20 @@ def keep_locks_and_rules(seed: int) -> None:
         added, int(rng.integers(1, 4)), bool(rng.random() < 0.6), costs, budget, rules, 1.4, (0.0, 15.0)
     )
     try:
-        listed = candidates(rig, additions, seed, moves=moves)
+        choices = choices_of(rig, additions, seed, moves=moves)
     except InputError as error:
         assert "\n" not in str(error)
         return
-    rest, rules = locked(rig, moves), rules_for(rig, rules)
-    room = np.array([additions.count if added else 0, *(1 for _ in moves)], np.int64)
-    slots = np.array([one.slot for one in listed], np.int64)
-    spent = np.array([one.cost for one in listed])
-    limits = Limits(int(room.sum()), spent, budget, conflicts(listed, rest, rules), slots, room)
-    table = filled(random_table(rng, len(listed)), listed, len(moves))
-    stays = [number for number, one in enumerate(listed) if one.is_as_now]
+    rules, listed = rules_for(rig, rules), choices.candidates
+    limits, stays = choices.limits, choices.stays
+    table = filled(random_table(rng, len(listed)), choices)
     assert limits.allow(stays)
     chosen = done(search(table, limits, stays))
     found = mounted(rig, [listed[one] for one in chosen])
     assert {sensor.name for sensor in rig.sensors} <= {sensor.name for sensor in found.sensors}
-    for sensor in rest.sensors:
+    for sensor in choices.rest.sensors:
         assert found.sensor(sensor.name) == sensor
-    assert spent[chosen].sum() <= budget * (1.0 + 1e-9)
+    assert limits.costs[chosen].sum() <= budget * (1.0 + 1e-9)
     assert len(found.sensors) - len(rig.sensors) <= 2 * additions.count
     for sensor in found.sensors:
         if sensor.mirror_of is not None:

@@ -22,8 +22,8 @@ from riglens.core.optimise.guard import (
 )
 from riglens.core.optimise.mounts import Additions, Move, rules_for
 from riglens.core.optimise.problem import Problem
-from riglens.core.optimise.results import OptimiseResult
-from riglens.core.optimise.run import Progress, finished, optimise, skin_gains
+from riglens.core.optimise.results import OptimiseResult, Progress
+from riglens.core.optimise.run import finished, optimise, skin_gains
 from riglens.core.review.mounts import MountLimits, violations
 from riglens.core.rig.edits import mirrored_pose, with_mirror_image
 from riglens.core.rig.model import Lidar, LinearAngles, Rig
@@ -352,7 +352,8 @@ def test_the_guard_of_ground_and_voxels_compares_the_objective_itself(
     evaluator = Evaluator(field, settings=EvaluationSettings(MetricSettings(body=None)))
     whole, own = (evaluator(rig, (figure.needs,)) for rig in (SIDES, RIG))
     assert figure.is_gain(figure.change(whole, own, "car").value)
-    more, less = (list(guard(cases_of(problem, *pair, 1))) for pair in ((SIDES, RIG), (RIG, SIDES)))
+    sampler = ObjectSampler(traffic, 1, problem.goal)
+    more, less = (list(guard(cases_of(problem, *pair, sampler))) for pair in ((SIDES, RIG), (RIG, SIDES)))
     assert verdict(more, figure.resolved) == "resolved"
     assert verdict(less, figure.resolved) == "not resolved"
     assert not any(one.case == HELD_OUT for one in more), "no frames are drawn for it"
