@@ -14,8 +14,11 @@ from riglens.core.rig.model import Camera, Lidar, LinearAngles, Sensor, rays_of
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensing.body_ends import NO_EMPTY_BOX, barrier_shadow
 from riglens.core.sensing.kept import RAYS
-from riglens.core.sensing.rays import is_listed, lattice, limits_m, local_directions
+from riglens.core.sensing.rays import is_listed, lattice, local_directions
 from riglens.core.sensors.kind import Echo
+from riglens.core.sensors.registry import kind_of
+from riglens.core.sensors.sectors import Sectored
+from riglens.core.sensors.sectors import directions as even_directions
 from riglens.core.targets.detection_range import SIZES_M
 from riglens.core.vehicle.solid import Barrier
 
@@ -26,8 +29,11 @@ _BLOCK_RAYS, _TILE_RAYS, _TILE_ROWS = 16, 96, 32
 """Rays of a run along a row; rays of a row and rows in a tile of such runs."""
 _CLOSEST_M = 1e-3
 """Objects that come nearer to a camera than this and are partly behind it may be cut."""
+_WIDEST_DEG = 89.0
+"""Azimuths, to either side, up to which sectors are seen on an image plane: tangents grow without bound."""
+_WIDER = 1.0 + 1e-9
 _NOWHERE = {"position": (0.0, 0.0, 0.0), "rpy_deg": (0.0, 0.0, 0.0)}
-_NOTHING, _NO_BLOCKS, _NO_WORDS = np.zeros(0), np.zeros((0, 8)), np.zeros(0, np.uint64)
+_NOTHING, _NO_BLOCKS, _NO_WORDS = np.zeros(0), np.zeros((0, 8)), np.zeros((0, 0), np.uint64)
 _NEVER = np.array([[1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]])
 """Blocks of a sensor without any ray: a cone around none."""
 OPAQUE = np.array([0.0, 1.0])
@@ -45,27 +51,42 @@ def beams_of(
 
     Rays are numbered row * columns + column over the whole lattice, missing ones of a lens included.
     """
-    table = _tables(rays_of(sensor).model_copy(update=_NOWHERE))
+    return _placed(_tables(rays_of(sensor).model_copy(update=_NOWHERE)), sensor, law, glass, ends_m)
+
+
+def beams_by_sector(
+    sensor: Sensor, law: Doubles = _NOTHING, glass: Doubles = OPAQUE, ends_m: Doubles = _NOTHING
+) -> tuple[Beams, ...]:
+    """Return the rays of a sensor as `beams_of`, those of each of its sectors apart where rows and columns of these are
+    even: each ray is in one of them."""
+    tables = _sector_tables(rays_of(sensor).model_copy(update=_NOWHERE))
+    return tuple(_placed(table, sensor, law, glass, ends_m) for table in tables)
+
+
+def _placed(table: Beams, sensor: Sensor, law: Doubles, glass: Doubles, ends_m: Doubles) -> Beams:
+    stops, last_end = _stop_bits(table, ends_m)
     return table._replace(
         origin=np.array(sensor.position, np.float64),
         rotation=sensor.pose.rotation(),
         law=law,
         glass=glass,
         ends=ends_m,
-        stops=_stop_bits(table, ends_m),
+        stops=stops,
+        last_end=last_end,
     )
 
 
-def _stop_bits(table: Beams, ends_m: Doubles) -> Words:
-    """Return which rays of a camera with straight rows and columns are stopped, as in
+def _stop_bits(table: Beams, ends_m: Doubles) -> tuple[Words, float]:
+    """Return which rays of images are stopped, and where the last of them ends that something may be before, as in
     `kernels.objects.box_frames.Beams`."""
-    if table.turns or table.stride or not ends_m.size:
-        return _NO_WORDS
-    columns = table.columns
-    is_stopped = np.isfinite(ends_m).reshape(-1, columns)[table.row_of][:, table.column_of]
-    bits = np.zeros((len(table.row_of), (columns + 63) // 64 * 64), np.bool_)
-    bits[:, :columns] = is_stopped
-    return np.packbits(bits, bitorder="little").view(np.uint64)
+    if table.turns or not ends_m.size:
+        return _NO_WORDS, 0.0
+    end_m = ends_m[table.row_of[:, None] * table.steps[0] + table.column_of * table.steps[1]]
+    is_stopped = np.isfinite(end_m)
+    bits = np.zeros((2, len(table.row_of), (table.columns + 63) // 64 * 64), np.bool_)
+    bits[0, :, : table.columns], bits[1, :, : table.columns] = is_stopped, end_m == 0.0
+    words = np.packbits(bits.reshape(2, -1), axis=1, bitorder="little").view(np.uint64)
+    return words, float(end_m[is_stopped].max(initial=0.0))
 
 
 def stops_of(
@@ -111,6 +132,16 @@ def _azimuth_step_rad(lidar: Lidar) -> float:
 def _tables(sensor: Sensor) -> Beams:
     """Return the beams of a sensor without a place: the same throughout a drag."""
     return _made(sensor)
+
+
+@RAYS.of
+def _sector_tables(sensor: Sensor) -> tuple[Beams, ...]:
+    """Return the beams of a sensor without a place sector by sector, or all together."""
+    parts: list[Beams | None] = [None]
+    if isinstance(sensor, Sectored) and not sensor.blocked and kind_of(sensor).directions is even_directions:
+        parts = [_sector(sensor, number) for number in range(len(sensor.sectors))]
+    found = tuple(part for part in parts if part is not None)
+    return found if len(found) == len(parts) else (_tables(sensor),)
 
 
 @singledispatch
@@ -159,6 +190,31 @@ def _pinhole(camera: Camera) -> Beams:
     )
 
 
+def _sector(sensor: Sectored, number: int) -> Beams | None:
+    """Return the rays of a sector, azimuth by azimuth; None where these are not in front of the sensor, or its rows
+    reach differently far."""
+    columns, rows = sensor.resolution[0], sensor.rows_of_sector()
+    first, limits = number * rows, class_limits_m(sensor)
+    limits = limits[:, first : first + rows]
+    if np.abs(sensor.sectors[number].azimuth_deg).max() > _WIDEST_DEG or (limits != limits[:, :1]).any():
+        return None
+    rays = np.arange(columns)[:, None] + (first + np.arange(rows)) * columns
+    directions = local_directions(sensor, rays.ravel())
+    x, y, z = directions.reshape(columns, rows, 3).transpose(2, 0, 1)
+    beams = _beams(
+        sensor, y[:, 0] / x[:, 0], np.arange(columns), z[0] / np.hypot(x[0], y[0]), first + np.arange(rows)
+    )
+    far_m = min(sensor.range_m[1], float(limits.max(initial=0.0)) * _WIDER if limits.size else math.inf)
+    return _with_listed(beams, directions)._replace(
+        steps=np.array([1, columns]),
+        squeeze=1.0 / np.sqrt(1.0 + beams.row_at**2),
+        reach=np.array([sensor.range_m[0], far_m]),
+        blocks=_blocks(directions, rows),
+        field=_field(directions),
+        limits=limits[:, :1],
+    )
+
+
 def _listed(sensor: Sensor) -> Beams:
     """Return any rays, searched in short runs along their rows."""
     columns, rows = sensor.resolution
@@ -168,10 +224,14 @@ def _listed(sensor: Sensor) -> Beams:
     if table.exists is not None:
         directions = np.full((sensor.ray_count, 3), np.nan)
         directions[table.exists] = known
-    cos = float(known[:, 0].min()) - 1e-12 if len(known) else 1.0
-    field = np.array([cos, math.sqrt(max(0.0, 1.0 - cos * cos))])
     blocks = _blocks(directions, columns) if len(known) else _NEVER
-    return _with_listed(beams, directions)._replace(blocks=blocks, field=field)
+    return _with_listed(beams, directions)._replace(blocks=blocks, field=_field(known))
+
+
+def _field(directions: Doubles) -> Doubles:
+    """Return cosine and sine of the half angle of a cone around x that holds directions (n, 3)."""
+    cos = float(directions[:, 0].min()) - 1e-12 if len(directions) else 1.0
+    return np.array([cos, math.sqrt(max(0.0, 1.0 - cos * cos))])
 
 
 def _with_listed(beams: Beams, directions: Doubles) -> Beams:
@@ -187,15 +247,16 @@ def _beams(sensor: Sensor, row_at: Doubles, row_of: Ids, column_at: Doubles, col
     return Beams(
         False, column_of.size, 0, none, none, none, np.ones((0, 2)), np.zeros(3), np.eye(3),
         np.array(sensor.range_m, np.float64), row_at, row_of, column_at, column_of,
-        none, none, none, OPAQUE, _NO_BLOCKS, np.array([-1.0, 0.0]), 0.0, _NO_WORDS, _limits_m(sensor),
+        np.array([column_of.size, 1]),
+        none, none, none, none, OPAQUE, _NO_BLOCKS, np.array([-1.0, 0.0]), 0.0, _NO_WORDS, 0.0, class_limits_m(sensor),
     )  # fmt: skip
 
 
-def _limits_m(sensor: Sensor) -> Doubles:
-    """Return the range of each ray to an object of each class, (3, rays); (0, 0) where nothing limits rays."""
+def class_limits_m(sensor: Sensor) -> Doubles:
+    """Return the range of each row to an object of each class, (3, rows); (0, 0) where nothing limits rays."""
     echoes = (Echo(cls, min(SIZES_M[cls][:2])) for cls in CLASSES)
-    found = np.stack([limits_m(sensor, echo) for echo in echoes])
-    return found if found.size else np.zeros((0, 0))
+    found = [kind_of(sensor).limits_m(sensor, echo) for echo in echoes]
+    return np.zeros((0, 0)) if found[0] is None else np.array(found, np.float64)
 
 
 def _blocks(directions: Doubles, columns: int) -> Doubles:

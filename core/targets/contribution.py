@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import reduce
 from typing import NamedTuple
 
 import numpy as np
@@ -10,11 +11,17 @@ from numpy.typing import NDArray
 
 from riglens.core.errors import IsStale
 from riglens.core.kernels.objects import counts as kernel
-from riglens.core.kernels.objects.box_frames import FrameBoxes
+from riglens.core.kernels.objects.box_frames import Beams, FrameBoxes
 from riglens.core.kernels.objects.unique_cells import table_mask
 from riglens.core.rig.model import Sensor
 from riglens.core.sensors.registry import kind_of
-from riglens.core.targets.beams import NOT_STOPPED, azimuth_step_rad, beams_of, stops_of
+from riglens.core.targets.beams import (
+    NOT_STOPPED,
+    azimuth_step_rad,
+    beams_by_sector,
+    class_limits_m,
+    stops_of,
+)
 from riglens.core.targets.clearance import Clearance
 from riglens.core.targets.draws import mixed, sensor_key, units
 from riglens.core.targets.range_law import glass_of, law_of
@@ -24,7 +31,7 @@ from riglens.core.targets.traffic import Traffic
 from riglens.core.vehicle.solid import Barrier
 
 Ids = NDArray[np.int64]
-RAYS_AT_ONCE, TURNING_RAYS_AT_ONCE = 1 << 22, 1 << 21
+RAYS_AT_ONCE, TURNING_RAYS_AT_ONCE = 1 << 26, 1 << 21
 """Rays of all frames of a chunk, after which `is_stale` is called; the cells of turning beams take 8 bytes a ray."""
 IMAGES_AT_ONCE = 8
 """Frames of a camera for each worker at least: they take as long as each other only in the mean."""
@@ -71,6 +78,26 @@ def phases_rad(sensor: Sensor, settings: TargetSettings, frame: Ids) -> NDArray[
     return azimuth_step_rad(sensor) * units(mixed(sensor_key(settings.seed, sensor.name), frame))
 
 
+class _Sweep(NamedTuple):
+    """Boxes of all frames, and how a sensor meets them there, (frames,) each: in radians, keys of the draws."""
+
+    boxes: FrameBoxes
+    phases: NDArray[np.float64]
+    keys: NDArray[np.uint64]
+
+
+def _together(one: Contribution, other: Contribution) -> Contribution:
+    """Return the hits of two sets of rays of a sensor that has no cells."""
+    mine, its = one.found, other.found
+    found = mine + its
+    first, last = kernel.FIRST_ROW, kernel.LAST_ROW
+    found[first] = np.where(
+        np.minimum(mine, its)[first] < 0, np.maximum(mine, its)[first], np.minimum(mine, its)[first]
+    )
+    found[last] = np.maximum(mine[last], its[last])
+    return Contribution(one.frames, found, one.cell_starts, one.cells)
+
+
 class TargetCaster:
     """Caster of sensors into one set of traffic with a number of workers; one calls serial kernels alone."""
 
@@ -101,18 +128,31 @@ class TargetCaster:
     ) -> Contribution | None:
         """Return the hits of a sensor in frames first..end-1, less the rays that the car stops; None as soon as
         `is_stale` is true."""
-        traffic, (first, end) = self._traffic, frames
-        ends_m = NOT_STOPPED
+        traffic, ends_m = self._traffic, NOT_STOPPED
         if barrier is not None and len(barrier.stops):
             place = np.array(sensor.position, np.float64)
             empty_box = self._clearance.empty_box(barrier.tree.bounds[0], place, frames)
             ends_m = stops_of(sensor, barrier, self._workers, empty_box)
         law, glass = law_of(sensor, settings), glass_of(sensor, settings)
-        beams, rays = beams_of(sensor, law, glass, ends_m), sensor.ray_count
         keys = mixed(sensor_key(settings.seed, f"returns of {sensor.name}"), traffic.frame)
-        boxes = self._boxes_of(settings.shape)
-        phases = phases_rad(sensor, settings, traffic.frame)
-        workers, most = self._workers, int(np.diff(traffic.starts).max(initial=1))
+        objects = slice(*(int(self._objects_before[frame]) for frame in frames))
+        sweep = _Sweep(self._boxes_of(settings.shape), phases_rad(sensor, settings, traffic.frame), keys)
+        parts = []
+        for beams in beams_by_sector(sensor, law, glass, ends_m):
+            part = self._cast_beams(beams, sweep, frames, is_stale)
+            if part is None:
+                return None
+            parts.append(part)
+        found = reduce(_together, parts)
+        self._count_cells_once(sensor, objects, found.found[kernel.RAYS])
+        return found
+
+    def _cast_beams(
+        self, beams: Beams, sweep: _Sweep, frames: tuple[int, int], is_stale: IsStale
+    ) -> Contribution | None:
+        """Return the hits of some rays in frames first..end-1; None as soon as `is_stale` is true."""
+        (first, end), rays = frames, beams.row_of.size * beams.columns
+        workers, most = self._workers, int(np.diff(self._traffic.starts).max(initial=1))
         objects = slice(*(int(self._objects_before[frame]) for frame in frames))
         found = np.zeros((kernel.COLUMNS, objects.stop - objects.start), np.int32)
         found[kernel.FIRST_ROW : kernel.LAST_ROW + 1] = -1
@@ -132,28 +172,26 @@ class TargetCaster:
             until = min(start + at_once, end)
             cells.make_room()
             cast(
-                boxes, beams, start, until, phases, keys, ranks, most, *scratch, found, at, cells.buffer, cells.filled
+                sweep.boxes, beams, start, until, sweep.phases, sweep.keys, ranks, most, *scratch, found, at,
+                cells.buffer, cells.filled,
             )  # fmt: skip
             for worker in range(workers):
                 bounds = (start + (until - start) * one // workers for one in (worker, worker + 1))
                 mine = slice(*(int(self._objects_before[bound]) - objects.start for bound in bounds))
                 cells.starts[worker].append(at[mine])
-        self._count_cells_once(sensor, objects, found, beams.limits)
         return Contribution(end - first, found, at, cells.joined())
 
-    def _count_cells_once(
-        self, sensor: Sensor, objects: slice, found: NDArray[np.int32], limits_m: NDArray[np.float64]
-    ) -> None:
+    def _count_cells_once(self, sensor: Sensor, objects: slice, rays: NDArray[np.int32]) -> None:
         """Leave one object in each resolution cell of a frame: what is detected from farthest, or by most rays."""
-        cells_of, rays = kind_of(sensor).cells, found[kernel.RAYS]
-        met = np.flatnonzero(rays)
+        cells_of, met = kind_of(sensor).cells, np.flatnonzero(rays)
         if cells_of is None or not met.size:
             return
         traffic = self._traffic
         box = np.flatnonzero(traffic.counts)[objects][met]
         local_m = (traffic.centre_m[box] - np.array(sensor.position)) @ sensor.pose.rotation()
         cell = np.column_stack([traffic.frame_of_box[box], cells_of(sensor, local_m)])
-        reach = limits_m.max(axis=1)[traffic.cls[box]] if limits_m.size else np.zeros(len(box))
+        limits = class_limits_m(sensor)
+        reach = limits.max(axis=1)[traffic.cls[box]] if limits.size else np.zeros(len(box))
         best = np.lexsort((-rays[met], -reach))
         _, first = np.unique(cell[best], axis=0, return_index=True)
         weaker = np.ones(len(met), np.bool_)

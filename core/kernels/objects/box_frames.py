@@ -41,26 +41,29 @@ class FrameBoxes(NamedTuple):
 
 
 class Beams(NamedTuple):
-    """Rays of a sensor. Ray number = row * columns + column as the sensor lists them; its slot is the same with
-    rows and columns in rising order: slot = place of the row * columns + place of the column.
+    """Rays of a sensor, or of one of its sectors. Their slots have rows and columns in rising order: slot = place of
+    the row * columns + place of the column. The number of a ray as the sensor lists them is row * steps[0] + column *
+    steps[1], of `row_of` and `column_of`; rows of a sector of even azimuths and elevations are the sensor's columns.
 
     Direction in the sensor frame of a slot: (f x, f y, g z) with f, g from `scale` (rows, 2) and x, y, z from arrays,
     (columns,) where `stride` is 0, else (slots,) with stride = columns; zero for a ray that the lens has not. Unit
-    vectors, or for a pinhole that sees from 0 to infinity those with x = 1. turns: whether columns are azimuths (LiDAR)
-    or places on the image plane; origin (3,); rotation (3, 3) sensor to vehicle frame; reach (2,) metres. row_at,
-    column_at: where rows (slopes, or z on the image plane) and columns lie, rising, and row_of, column_of: their
-    numbers; shift (rows,) or (0,): what is added to the columns of a row, radians in [0, 2 pi). ends (rays,) or (0,):
-    where the car's own body stops a ray by its number, metres. law (0,) or (4,): range in metres at which half of the
-    rays return from a face that looks at the sensor, for the three classes, and the relative width of the logistic;
-    none: all rays return. glass (2,): a ray of a LiDAR passes through glass where its draw is below the first, and
-    returns from it where that is not below the second. blocks (b, 8): cones around runs of slots of a lattice that has
-    no straight rows (axis, cosine and sine of the half angle, first slot, number, place of the block to go on with
-    where the cone is missed), and before those of each tile of the lattice a cone around all of them, with the number
-    0; none for the others. field: cosine and sine of the half angle of a cone around x that holds all rays. least: what
-    comes nearer to the plane x = 0 of a camera than this, in metres, is in no image. stops (rows * words,) uint64 or
-    (0,): for a camera with straight rows and columns a bit for each slot whose ray the car's own body stops somewhere,
-    every row in words of its own. limits (3, rays) or (0, 0): from where on rays, by their numbers, get nothing back
-    from objects of the three classes, metres.
+    vectors, or for a pinhole that sees from 0 to infinity those with x = 1. turns: whether columns are azimuths
+    (LiDAR) or places on the image plane; origin (3,); rotation (3, 3) sensor to vehicle frame; reach (2,) metres.
+    row_at, column_at: where rows (slopes, or z on the image plane) and columns lie, rising, and row_of, column_of:
+    their numbers; shift (rows,) or (0,): what is added to the columns of a row, radians in [0, 2 pi). squeeze (rows,)
+    or (0,): of a sector, whose rows are upright lines of the image plane: slopes, where columns lie, over places on
+    that line. ends (rays,) or (0,): where the car's own body stops a ray by its number, metres. law (0,) or (4,):
+    range in metres at which half of the rays return from a face that looks at the sensor, for the three classes, and
+    the relative width of the logistic; none: all rays return. glass (2,): a ray of a LiDAR passes through glass where
+    its draw is below the first, and returns from it where that is not below the second. blocks (b, 8): cones around
+    runs of slots of a lattice that has no straight rows (axis, cosine and sine of the half angle, first slot, number,
+    place of the block to go on with where the cone is missed), and before those of each tile of the lattice a cone
+    around all of them, with the number 0; none for the others. field: cosine and sine of the half angle of a cone
+    around x that holds all rays. least: what comes nearer to the plane x = 0 of a camera than this, in metres, is in
+    no image. stops (2, rows * words) uint64 or (0, 0): bits for the slots whose rays the car's own body stops
+    somewhere, every row in words of its own, and for those of them that it stops before anything that counts;
+    last_end: where the last of the others ends, metres. limits (3, rows of the sensor), (3, 1) where all rows are
+    alike, or (0, 0): from where on rays get nothing back from objects of the three classes, metres.
     """
 
     turns: bool
@@ -77,7 +80,9 @@ class Beams(NamedTuple):
     row_of: np.ndarray
     column_at: np.ndarray
     column_of: np.ndarray
+    steps: np.ndarray
     shift: np.ndarray
+    squeeze: np.ndarray
     ends: np.ndarray
     law: np.ndarray
     glass: np.ndarray
@@ -85,6 +90,7 @@ class Beams(NamedTuple):
     field: np.ndarray
     least: float
     stops: np.ndarray
+    last_end: float
     limits: np.ndarray
 
 
@@ -189,8 +195,21 @@ def is_lost(traffic: FrameBoxes, beams: Beams, key: np.uint64, part: int, place:
 @lean_inlined
 def glass_draw(beams: Beams, key: np.uint64, place: int, column: int) -> float:
     """Return the draw, in [0, 1), that decides whether a ray passes through glass or returns from it."""
-    ray = beams.row_of[place] * beams.columns + beams.column_of[column]
-    return unit(mixed(mixed(key, np.uint64(ray)), np.uint64(0)))
+    return unit(mixed(mixed(key, np.uint64(ray_at(beams, place, column))), np.uint64(0)))
+
+
+@lean_inlined
+def ray_at(beams: Beams, row: int, column: int) -> int:
+    """Return the number of the ray at a place of rows and columns."""
+    return int(beams.row_of[row] * beams.steps[0] + beams.column_of[column] * beams.steps[1])
+
+
+@lean_inlined
+def limit_of(traffic: FrameBoxes, beams: Beams, box: int, row: int) -> float:
+    """Return from where on the rays at a place of rows get nothing back from an object that counts, metres."""
+    if beams.limits.size == 0 or not traffic.counts[box]:
+        return np.inf
+    return float(beams.limits[traffic.cls[box], beams.row_of[row] if beams.limits.shape[1] > 1 else 0])
 
 
 @lean_inlined

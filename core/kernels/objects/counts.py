@@ -18,43 +18,52 @@ from riglens.core.kernels.objects.box_frames import (
     bounds_of,
     box_of,
     is_lost,
+    limit_of,
     local_direction,
     new_faces,
+    ray_at,
     set_turn,
     start_of,
     turned,
 )
 from riglens.core.kernels.objects.depth_order import DepthOrder, line_up, new_depth_order
-from riglens.core.kernels.objects.nearest import meet_box
-from riglens.core.kernels.objects.silhouette import (
-    Outline,
-    count_outline,
-    draw_box,
-    is_stopped_before,
-    outline_for,
-    words_of,
+from riglens.core.kernels.objects.images import (
+    ALONE,
+    FIRST_ROW,
+    LAST_ROW,
+    RAYS,
+    Bits,
+    Ties,
+    count_group,
+    forget,
+    is_stopped,
+    new_bits,
+    note_rays,
 )
+from riglens.core.kernels.objects.nearest import meet_box
+from riglens.core.kernels.objects.silhouette import Outline, outline_for, words_of
 from riglens.core.kernels.objects.unique_cells import keep_distinct, note_cells
 from riglens.core.kernels.rays.lattice import Direction
 from riglens.core.kernels.rays.phases import mixed, unit
 from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined, parallel_kernel, serial
 
-RAYS, ALONE, FIRST_ROW, LAST_ROW, CELLS, FIRST_CELL, LAST_CELL = 0, 1, 2, 3, 4, 5, 8
-"""Rows of results on objects: rays that enter it first, rays that would without occlusion, first and last row of the
-lattice among the former (-1: none), distinct cells that they enter (LiDARs), and along three axes, a row each, the
+__all__ = ["ALONE", "FIRST_ROW", "LAST_ROW", "RAYS"]
+
+CELLS, FIRST_CELL, LAST_CELL = 4, 5, 8
+"""Further rows of results on objects: distinct cells that rays enter (LiDARs), and along three axes, a row each, the
 first and the last of these (none: the last before the first)."""
 COLUMNS = 11
 
 
 class Scratch(NamedTuple):
-    """Room for a worker: the depth order of a frame; the image of a box; what rays of a group have met; seen (rows *
-    words,) uint64: a bit for each ray that has met something nearer; hits (4, rays): of rays that meet an object, their
-    directions in its axes and 1 / t of the hit; table of cells."""
+    """Room for a worker: the depth order of a frame; the image of a box; what rays of a group have met, and of a frame
+    so far; hits (4, rays): of rays that meet an object, their directions in its axes and 1 / t of the hit; table of
+    cells."""
 
     depth_order: DepthOrder
     outline: Outline
     canvas: Canvas
-    seen: np.ndarray
+    bits: Bits
     hits: np.ndarray
     table: np.ndarray
 
@@ -70,19 +79,10 @@ class Sweep(NamedTuple):
 
 
 @lean_inlined
-def is_stopped(beams: Beams, row: int, slot: int, inverse: float) -> bool:
-    """Return whether the car's own body stops a ray before it gets where it went."""
-    column = slot % beams.columns
-    x, y, z = local_direction(beams, slot // beams.columns, column)
-    length = np.sqrt(x * x + y * y + z * z)
-    return not length / inverse < beams.ends[row * beams.columns + beams.column_of[column]]
-
-
-@lean_inlined
-def is_in_range(traffic: FrameBoxes, beams: Beams, box: int, row: int, slot: int, inverse: float) -> bool:
-    """Return whether a listed ray, a unit vector, gets anything back from an object of that class where it meets it."""
-    ray = row * beams.columns + beams.column_of[slot % beams.columns]
-    return bool(beams.limits[traffic.cls[box], ray] * inverse >= 1.0)
+def is_in_range(traffic: FrameBoxes, beams: Beams, box: int, row: int, inverse: float) -> bool:
+    """Return whether a ray of a place of rows, a unit vector, gets anything back from an object of that class where it
+    meets it."""
+    return bool(limit_of(traffic, beams, box, row) * inverse >= 1.0)
 
 
 @lean_inlined
@@ -124,40 +124,33 @@ def _take(
     start, one = start_of(traffic, beams, box), sweep.ranks[box]
     set_turn(traffic, sweep.rotation, box, turn)
     for place in range(canvas.touched[0], canvas.touched[1]):
-        row, base, before = beams.row_of[place], place * beams.columns, rays
+        base, before, low, high = place * beams.columns, rays, beams.columns, -1
         for column in range(canvas.spans[place, 0], canvas.spans[place, 1]):
             slot = base + column
             part = canvas.owner[slot]
             if part < 0 or box_of(part) != box:
                 continue
-            if scratch.seen[place * words + (column >> 6)] >> np.uint64(column & 63) & np.uint64(1):
+            if scratch.bits.seen[place * words + (column >> 6)] >> np.uint64(column & 63) & np.uint64(1):
                 continue
             if beams.turns and is_lost(traffic, beams, sweep.key, part, place, column):
                 continue
-            if beams.ends.size > 0 and is_stopped(beams, row, slot, canvas.inverse[slot]):
+            if beams.ends.size > 0 and is_stopped(beams, place, column, canvas.inverse[slot]):
                 continue
-            if beams.limits.size > 0 and not is_in_range(
-                traffic, beams, box, row, slot, canvas.inverse[slot]
-            ):
+            if beams.limits.size > 0 and not is_in_range(traffic, beams, box, place, canvas.inverse[slot]):
                 continue
             if beams.turns:
                 along, inverse = turned(turn, local_direction(beams, place, column)), canvas.inverse[slot]
                 if beams.law.size > 0:
-                    ray = row * beams.columns + beams.column_of[column]
-                    chance, cosine = (
-                        unit(mixed(sweep.key, np.uint64(ray))),
-                        cosine_of(traffic, part, start, along),
-                    )
+                    word = mixed(sweep.key, np.uint64(ray_at(beams, place, column)))
+                    chance, cosine = unit(word), cosine_of(traffic, part, start, along)
                     half_m, width = beams.law[traffic.cls[box]], beams.law[3]
                     if not is_returned(1.0 / inverse, half_m, width, cosine, chance):
                         continue
                 scratch.hits[0, rays], scratch.hits[1, rays], scratch.hits[2, rays] = along
                 scratch.hits[3, rays] = inverse
-            rays += 1
+            rays, low, high = rays + 1, min(low, column), column
         if rays > before:
-            found[FIRST_ROW, one] = min(found[FIRST_ROW, one], row) if found[FIRST_ROW, one] >= 0 else row
-            found[LAST_ROW, one] = max(found[LAST_ROW, one], row)
-    found[RAYS, one] = rays
+            note_rays(beams, place, low, high, rays - before, one, found)
     if not beams.turns:
         return 0
     note_cells(start, scratch.hits, rays, cells)
@@ -170,14 +163,15 @@ def _take(
 @lean_inlined
 def _hide(columns: int, scratch: Scratch) -> None:
     """Note that the rays of a group have met something, and leave the canvas empty."""
-    canvas, words = scratch.canvas, words_of(columns)
+    canvas, words, touched = scratch.canvas, words_of(columns), scratch.bits.touched
+    touched[0], touched[1] = min(touched[0], canvas.touched[0]), max(touched[1], canvas.touched[1])
     for place in range(canvas.touched[0], canvas.touched[1]):
         # unsigned, as in `nearest`
         base, first = np.uint64(place * columns), np.uint64(place * words)
         for column in range(np.uint64(canvas.spans[place, 0]), np.uint64(canvas.spans[place, 1])):
             slot, bit = base + column, np.uint64(1) << (column & np.uint64(63))
             if canvas.owner[slot] >= 0:
-                scratch.seen[first + (column >> np.uint64(6))] |= bit
+                scratch.bits.seen[first + (column >> np.uint64(6))] |= bit
                 canvas.inverse[slot], canvas.owner[slot] = 0.0, -1
         canvas.spans[place, 0], canvas.spans[place, 1] = columns, 0
     canvas.touched[0], canvas.touched[1] = canvas.spans.shape[0], 0
@@ -201,35 +195,22 @@ def _cast_frame(
 ) -> int:  # fmt: skip
     """Count one frame: fill found of its objects, append cells behind the `number` present; return their new number."""
     depth_order, begin = scratch.depth_order, 0
-    scratch.seen[:] = 0
-    end = line_up(traffic, beams, sweep.frame, depth_order)
-    draws = not beams.turns and beams.blocks.shape[0] == 0
+    forget(beams.columns, scratch.bits)
+    end, ties = (
+        line_up(traffic, beams, sweep.frame, depth_order),
+        Ties(scratch.canvas.inverse, scratch.canvas.owner),
+    )
     while begin < end:
         until = begin + 1
         while until < end and depth_order.first[until] == begin:
             until += 1
-        box = depth_order.box[begin]
-        if not (draws and until == begin + 1 and _draw(traffic, beams, sweep, box, scratch, found)):
+        if beams.turns or not count_group(
+            traffic, beams, sweep.rotation, sweep.ranks, depth_order, begin, until, scratch.outline, scratch.bits, ties,
+            found,
+        ):  # fmt: skip
             number = _meet_group(traffic, beams, sweep, begin, until, scratch, found, at, cells, number)
         begin = until
     return number
-
-
-@lean_inlined
-def _draw(
-    traffic: FrameBoxes, beams: Beams, sweep: Sweep, box: int, scratch: Scratch, found: np.ndarray
-) -> bool:
-    """Count the pixels of an object that is no nearer than the hits so far; return False where that takes the rays."""
-    outline = scratch.outline
-    if not draw_box(traffic, beams, box, sweep.rotation, outline):
-        return False
-    if beams.stops.size > 0 and is_stopped_before(beams, outline):
-        return False
-    counts, one = count_outline(beams, outline, scratch.seen), sweep.ranks[box]
-    if one >= 0:
-        found[ALONE, one], found[RAYS, one] = counts[0], counts[1]
-        found[FIRST_ROW, one], found[LAST_ROW, one] = counts[2], counts[3]
-    return True
 
 
 @lean_inlined
@@ -281,8 +262,8 @@ def _new_scratch(
     spans = np.empty((rows, 2), np.int32)
     spans[:, 0], spans[:, 1] = columns, 0
     canvas = Canvas(inverse, owner, last, spans, np.empty(columns), np.array([rows, 0]))
-    outline, seen = outline_for(new_faces(), rows, columns), np.empty(rows * words_of(columns), np.uint64)
-    return Scratch(new_depth_order(most), outline, canvas, seen, np.empty((4, rows * columns)), table)
+    outline, bits = outline_for(new_faces(), rows, columns), new_bits(rows, columns)
+    return Scratch(new_depth_order(most), outline, canvas, bits, np.empty((4, rows * columns)), table)
 
 
 @kernel

@@ -47,10 +47,8 @@ _LARGE = 400.0
 
 
 @lean_inlined
-def _meet_run(beams: Beams, faces: Faces, row: int, column: int, number: int, canvas: Canvas) -> int:
-    """Intersect a run of slots of a row with a box; return the number of rays that enter it."""
-    if number <= 0:
-        return 0
+def find_entries(beams: Beams, faces: Faces, row: int, column: int, number: int, run: np.ndarray) -> None:
+    """Write 1 / t at which each ray of a run of slots of a row enters a part, or 0 where it does not."""
     turn, enter, rest, leave, other = faces.turn, faces.enter, faces.rest, faces.leave, faces.other
     f, g = beams.scale[row, 0], beams.scale[row, 1]
     p0, q0, r0 = turn[0, 0] * f, turn[0, 1] * f, turn[0, 2] * g
@@ -60,7 +58,7 @@ def _meet_run(beams: Beams, faces: Faces, row: int, column: int, number: int, ca
     l0, l1, l2, o0, o1, o2 = leave[0], leave[1], leave[2], other[0], other[1], other[2]
     most, least = 1.0 / beams.reach[0], 1.0 / beams.reach[1]
     # unsigned, so that the compiler need not think of places counted from the end, and takes four rays at once
-    xs, ys, zs, run, at = beams.x, beams.y, beams.z, canvas.run, np.uint64(row * beams.stride + column)
+    xs, ys, zs, at = beams.x, beams.y, beams.z, np.uint64(row * beams.stride + column)
     for i in range(np.uint64(number)):
         x, y, z = xs[at + i], ys[at + i], zs[at + i]
         a0 = p0 * x + q0 * y + r0 * z
@@ -70,6 +68,15 @@ def _meet_run(beams: Beams, faces: Faces, row: int, column: int, number: int, ca
         leaves = _more(_more(a0 * l0, a0 * o0), _more(a1 * l1, a1 * o1))
         leaves = _more(_more(a2 * l2, a2 * o2), _more(leaves, least))
         run[i] = enters if enters > leaves else 0.0
+
+
+@lean_inlined
+def _meet_run(beams: Beams, faces: Faces, row: int, column: int, number: int, canvas: Canvas) -> int:
+    """Intersect a run of slots of a row with a box; return the number of rays that enter it."""
+    if number <= 0:
+        return 0
+    run = canvas.run
+    find_entries(beams, faces, row, column, number, run)
     entered, slot, inverse, owner = 0, np.uint64(row * beams.columns + column), canvas.inverse, canvas.owner
     box, part, before = faces.box, faces.part, canvas.last
     for i in range(np.uint64(number)):
@@ -86,20 +93,6 @@ def _meet_run(beams: Beams, faces: Faces, row: int, column: int, number: int, ca
     canvas.touched[0] = min(canvas.touched[0], row)
     canvas.touched[1] = max(canvas.touched[1], row + 1)
     return entered
-
-
-@lean_inlined
-def is_entered(beams: Beams, faces: Faces, row: int, column: int) -> bool:
-    """Return whether a single ray enters a box, by the very numbers of `_meet_run`."""
-    turn, enter, rest, leave, other = faces.turn, faces.enter, faces.rest, faces.leave, faces.other
-    f, g, at = beams.scale[row, 0], beams.scale[row, 1], row * beams.stride + column
-    x, y, z = beams.x[at], beams.y[at], beams.z[at]
-    enters, leaves = 1.0 / beams.reach[0], 1.0 / beams.reach[1]
-    for axis in range(3):
-        a = turn[axis, 0] * f * x + turn[axis, 1] * f * y + turn[axis, 2] * g * z
-        enters = _less(enters, a * enter[axis] + rest[axis])
-        leaves = _more(leaves, _more(a * leave[axis], a * other[axis]))
-    return bool(enters > leaves)
 
 
 @lean_inlined

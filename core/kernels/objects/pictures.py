@@ -21,7 +21,8 @@ from riglens.core.kernels.objects.box_frames import (
     new_faces,
     turned,
 )
-from riglens.core.kernels.objects.counts import is_stopped, wipe
+from riglens.core.kernels.objects.counts import wipe
+from riglens.core.kernels.objects.images import is_stopped
 from riglens.core.kernels.objects.nearest import meet_frame
 from riglens.core.kernels.objects.sweeps import GROUND, STATIC, Surface, ground_at, set_frames
 from riglens.core.kernels.rays.lattice import Direction, rotated
@@ -127,7 +128,7 @@ def _paint(
             d = rotated(beams.rotation, local)
             t = 1.0 / canvas.inverse[slot] if part >= 0 else ground_at(surface, beams.origin, d)
             inverse = 1.0 / t if part < 0 else canvas.inverse[slot]
-            if beams.ends.size > 0 and is_stopped(beams, row, slot, inverse):
+            if beams.ends.size > 0 and is_stopped(beams, place, place_of_column, inverse):
                 end = beams.ends[row * beams.columns + column]
                 if end < np.inf:
                     to.what[row, column], to.depth[row, column] = OWN_CAR, end / length * local[0]

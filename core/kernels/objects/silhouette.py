@@ -1,7 +1,9 @@
-"""Find the rays of a pinhole camera that enter an object, row by row from the outline of its parts.
+"""Find the rays that enter an object row by row from the outline of its parts, where rows are straight in an image.
 
-The image of a box is convex, so the rays of a row that enter it lie between two places where the row crosses edges of
-the box. Rays nearer to such a place than any rounding are tried one by one, with the numbers of `nearest`.
+The rows of a pinhole camera are, and the azimuths of a sector are upright lines. The image of a box is convex, so the
+rays of a row that enter it lie between two places where the row crosses edges of the box. Rays nearer to such a place
+than any rounding are tried one by one, with the numbers of `nearest`, and so are all of them where a range begins or
+ends within the box.
 """
 
 from __future__ import annotations
@@ -16,17 +18,18 @@ from riglens.core.kernels.objects.box_frames import (
     FrameBoxes,
     bounds_of,
     half_of,
+    limit_of,
     parts_of,
     set_centre,
     set_faces,
     set_turn,
     start_of,
 )
-from riglens.core.kernels.objects.nearest import is_entered
+from riglens.core.kernels.objects.nearest import find_entries
 from riglens.core.kernels.objects.windows import corners_of, place_at
 from riglens.core.kernels.rays.lattice import Direction
 from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined
-from riglens.core.kernels.voxels.bits import FULL_WORD, level_mask, popcount
+from riglens.core.kernels.voxels.bits import FULL_WORD, level_mask
 
 _BLUR = 1e-9
 """Rows nearer than this to a corner of an outline, relative to 1 + their place, are tried ray by ray."""
@@ -37,35 +40,45 @@ _AHEAD_M, _FAR_M, _THIN_M = 0.1, 1e4, 1e-3
 """Distance to the plane of the camera at which boxes are cut. Boxes that may come nearer within the picture, and
 farther or thinner ones, are left to `nearest`."""
 _CORNERS, _CUTS = 8, 6
+_WIDER = 1.0 + 1e-9
+"""Distances are compared with ranges with as much room."""
+
+
+NOT_DRAWN, DRAWN, TESTED, HIDING = 0, 1, 2, 3
+"""Results of `draw_box`: the outline cannot decide; it did; each ray in it was tried against the ranges, too; it did,
+for a box that is out of range for its class, but hides what is behind it."""
 
 
 class Outline(NamedTuple):
-    """Room for the image of a box: faces of a part; centre (3,), corners (8, 3); y, z (14,): places of the corners on
-    the image plane, and from the ninth on of where edges are cut; ahead (14,): the corner that is left of such an edge;
-    low, high (rows,): where a row enters and leaves a part; is_close (rows,): whether its rays are to be tried; mask
-    (rows * words,) uint64: a bit for each ray that enters the box; bounds (4,): first and end row and word of the
-    mask."""
+    """Room for the image of a box: faces of a part; centre (3,), corners (8, 3); along, across (14,): places of the
+    corners along the rows of the image and across them, and from the ninth on of where edges are cut; ahead (14,): the
+    corner that is left of such an edge; low, high (rows,): where a row enters and leaves a part; is_close (rows,):
+    whether its rays are to be tried; mask (2, rows * words) uint64: bits for each ray that enters the box, and for
+    those that do within the range of its class; bounds (4,): first and end row and word of the mask; run (columns,): of
+    the rays that are tried, 1 / t at which they enter, or 0."""
 
     faces: Faces
     centre: np.ndarray
     corners: np.ndarray
-    y: np.ndarray
-    z: np.ndarray
+    along: np.ndarray
+    across: np.ndarray
     ahead: np.ndarray
     low: np.ndarray
     high: np.ndarray
     is_close: np.ndarray
     mask: np.ndarray
     bounds: np.ndarray
+    run: np.ndarray
 
 
 @kernel
 def outline_for(faces: Faces, rows: int, columns: int) -> Outline:
-    """Return room for a camera of `rows` rows and `columns` columns."""
+    """Return room for a lattice of `rows` rows and `columns` columns."""
+    places = _CORNERS + _CUTS
     return Outline(
-        faces, np.empty(3), np.empty((_CORNERS, 3)), np.empty(_CORNERS + _CUTS), np.empty(_CORNERS + _CUTS),
-        np.empty(_CORNERS + _CUTS, np.int64), np.empty(rows), np.empty(rows),
-        np.empty(rows, np.bool_), np.empty(rows * words_of(columns), np.uint64), np.empty(4, np.int64),
+        faces, np.empty(3), np.empty((_CORNERS, 3)), np.empty(places), np.empty(places), np.empty(places, np.int64),
+        np.empty(rows), np.empty(rows), np.empty(rows, np.bool_), np.empty((2, rows * words_of(columns)), np.uint64),
+        np.empty(4, np.int64), np.empty(columns),
     )  # fmt: skip
 
 
@@ -76,87 +89,140 @@ def words_of(columns: int) -> int:
 
 
 @lean_inlined
-def draw_box(traffic: FrameBoxes, beams: Beams, box: int, rotation: np.ndarray, to: Outline) -> bool:
-    """Set the bits of the rays that enter a box; return False where the outline cannot decide."""
+def draw_box(traffic: FrameBoxes, beams: Beams, box: int, rotation: np.ndarray, to: Outline) -> int:
+    """Set the bits of the rays that enter a box, and where they are TESTED also of those that do
+    within the range of its class; return NOT_DRAWN where the outline cannot decide."""
+    if beams.row_at.size == 0:
+        return NOT_DRAWN
     start, half, turn = start_of(traffic, beams, box), half_of(traffic, box), to.faces.turn
     set_turn(traffic, rotation, box, turn)
-    if not _can_be_drawn(traffic, beams, box, start):
-        return False
-    count, bounds, words = _project(start, half, to), to.bounds, words_of(beams.columns)
-    row, end = _places_between(beams.row_at, to.z, count, to)
-    column, last = _places_between(beams.column_at, to.y, count, to)
+    found = _way_of(traffic, beams, box, start)
+    if found == NOT_DRAWN:
+        return found
+    count, bounds, words = _project(beams, start, half, to), to.bounds, words_of(beams.columns)
+    row, end = _places_between(beams.row_at, to.across, count, to)
+    column, last = _columns_between(beams, count, row, end, to)
     bounds[0], bounds[1], bounds[2], bounds[3] = row, end, column >> 6, (last + 63) >> 6
     if row >= end or column >= last:
         bounds[1] = row
-        return True
-    to.mask[row * words : end * words] = 0
+        return found
+    to.mask[0, row * words : end * words] = 0
+    if found == TESTED:
+        to.mask[1, row * words : end * words] = 0
     for part in range(*parts_of(traffic, box)):
         middle, part_half = bounds_of(traffic, part)
         place = (start[0] - middle[0], start[1] - middle[1], start[2] - middle[2])
-        count = _project(place, part_half, to)
+        count = _project(beams, place, part_half, to)
         set_faces(place, part_half, to.faces)
-        _draw_part(beams, count, column, last, to)
-    return True
+        _draw_part(traffic, beams, box, found == TESTED, count, column, last, to)
+    return found
 
 
 @lean_inlined
-def _can_be_drawn(traffic: FrameBoxes, beams: Beams, box: int, start: Direction) -> bool:
-    """Return whether a box is not so near that rays may meet it before they are as far ahead as boxes are cut, nor too
-    far or too thin for outlines."""
-    half, thin, near2, far2 = half_of(traffic, box), np.inf, 0.0, 0.0
+def _way_of(traffic: FrameBoxes, beams: Beams, box: int, start: Direction) -> int:
+    """Return NOT_DRAWN for a box that is so near that rays may meet it before they are as far
+    ahead as boxes are cut or as their range begins, or too far or too thin for outlines; TESTED
+    for one in which a range may end."""
+    half, thin, near2, far2, entry2 = half_of(traffic, box), np.inf, 0.0, 0.0, 0.0
     for axis in range(3):
         near, far = max(abs(start[axis]) - half[axis], 0.0), abs(start[axis]) + half[axis]
         near2, far2 = near2 + near * near, far2 + far * far
     for part in range(*parts_of(traffic, box)):
-        _, part_half = bounds_of(traffic, part)
+        middle, part_half = bounds_of(traffic, part)
         thin = min(thin, part_half[0], part_half[1], part_half[2])
+        entry2 = max(entry2, _last_entry2(start, middle, part_half))
     ahead = np.sqrt(near2) * beams.field[0]
-    return bool(ahead > 1.001 * _AHEAD_M and far2 < _FAR_M * _FAR_M and 2.0 * thin >= _THIN_M)
+    if not (ahead > 1.001 * _AHEAD_M and far2 < _FAR_M * _FAR_M and 2.0 * thin >= _THIN_M):
+        return NOT_DRAWN
+    limit, least = limit_of(traffic, beams, box, 0) * _WIDER, beams.reach[0] * _WIDER
+    if near2 <= least * least:
+        return NOT_DRAWN
+    if entry2 * _WIDER**2 >= beams.reach[1] * beams.reach[1]:
+        return TESTED
+    if near2 > limit * limit:
+        return HIDING
+    return TESTED if entry2 * _WIDER**4 >= limit * limit else DRAWN
 
 
 @lean_inlined
-def _project(start: Direction, half: Direction, to: Outline) -> int:
+def _last_entry2(start: Direction, middle: Direction, half: Direction) -> float:
+    """Return the square of the distance beyond which no ray enters a part: that of the farthest corner of a face that
+    looks at the sensor."""
+    x, y, z = abs(start[0] - middle[0]), abs(start[1] - middle[1]), abs(start[2] - middle[2])
+    far_x, far_y, far_z = (x + half[0]) ** 2, (y + half[1]) ** 2, (z + half[2]) ** 2
+    found = 0.0
+    if x > half[0]:
+        found = max(found, (x - half[0]) ** 2 + far_y + far_z)
+    if y > half[1]:
+        found = max(found, far_x + (y - half[1]) ** 2 + far_z)
+    if z > half[2]:
+        found = max(found, far_x + far_y + (z - half[2]) ** 2)
+    return float(found)
+
+
+@lean_inlined
+def _project(beams: Beams, start: Direction, half: Direction, to: Outline) -> int:
     """Project the corners of a box, in whose axes the sensor is at `start`, to the image plane, and behind them the
     places where its edges are cut; return the number filled."""
     set_centre(start, to.faces.turn, to.centre)
     corners_of(to.centre, to.faces.turn, half, to.corners)
-    count = _CORNERS
+    count, corners = _CORNERS, to.corners
+    along = 2 if beams.squeeze.size > 0 else 1
+    across = 3 - along
     for corner in range(_CORNERS):
-        x = to.corners[corner, 0]
+        x = corners[corner, 0]
         if x >= _AHEAD_M:
-            to.y[corner], to.z[corner] = to.corners[corner, 1] / x, to.corners[corner, 2] / x
+            to.along[corner], to.across[corner] = corners[corner, along] / x, corners[corner, across] / x
             continue
         for axis in range(3):
             other = corner ^ (1 << axis)
-            far = to.corners[other, 0]
+            far = corners[other, 0]
             if far >= _AHEAD_M:
                 share = (_AHEAD_M - x) / (far - x)
-                y = to.corners[corner, 1] + share * (to.corners[other, 1] - to.corners[corner, 1])
-                z = to.corners[corner, 2] + share * (to.corners[other, 2] - to.corners[corner, 2])
-                to.y[count], to.z[count] = y / _AHEAD_M, z / _AHEAD_M
+                a = corners[corner, along] + share * (corners[other, along] - corners[corner, along])
+                b = corners[corner, across] + share * (corners[other, across] - corners[corner, across])
+                to.along[count], to.across[count] = a / _AHEAD_M, b / _AHEAD_M
                 to.ahead[count] = other
                 count += 1
     return count
 
 
 @lean_inlined
-def _places_between(at: np.ndarray, values: np.ndarray, count: int, to: Outline) -> tuple[int, int]:
-    """Return the first and end place of rising numbers between the places of all corners and cuts, a little more
-    apart."""
+def _extent(values: np.ndarray, count: int, to: Outline) -> tuple[float, float]:
+    """Return the least and the greatest of the places of all corners and cuts, a little more apart."""
     low, high = np.inf, -np.inf
     for corner in range(count):
         if corner >= _CORNERS or to.corners[corner, 0] >= _AHEAD_M:
             low, high = min(low, values[corner]), max(high, values[corner])
-    if not low <= high:
-        return 0, 0
-    low, high = low - _BLUR_ACROSS * (1.0 + abs(low)), high + _BLUR_ACROSS * (1.0 + abs(high))
-    return place_at(at, low), place_at(at, high)
+    return low - _BLUR_ACROSS * (1.0 + abs(low)), high + _BLUR_ACROSS * (1.0 + abs(high))
 
 
 @lean_inlined
-def _draw_part(beams: Beams, count: int, column: int, last: int, to: Outline) -> None:
-    """Set the bits of the rays that enter a part, between two columns."""
-    row, end = _places_between(beams.row_at, to.z, count, to)
+def _places_between(at: np.ndarray, values: np.ndarray, count: int, to: Outline) -> tuple[int, int]:
+    """Return the first and end place of rising numbers between the places of all corners and cuts, a little more
+    apart."""
+    low, high = _extent(values, count, to)
+    return (place_at(at, low), place_at(at, high)) if low <= high else (0, 0)
+
+
+@lean_inlined
+def _columns_between(beams: Beams, count: int, row: int, end: int, to: Outline) -> tuple[int, int]:
+    """Return the first and end column in which rows before `end` may meet a box."""
+    low, high = _extent(to.along, count, to)
+    if not low <= high or row >= end:
+        return 0, 0
+    if beams.squeeze.size > 0:  # least at one of the outermost rows
+        least = min(beams.squeeze[row], beams.squeeze[end - 1])
+        low, high = low * (least if low > 0.0 else 1.0), high * (least if high < 0.0 else 1.0)
+    return place_at(beams.column_at, low), place_at(beams.column_at, high)
+
+
+@lean_inlined
+def _draw_part(
+    traffic: FrameBoxes, beams: Beams, box: int, is_tested: bool, count: int, column: int, last: int, to: Outline
+) -> None:  # fmt: skip
+    """Set the bits of the rays that enter a part of a box, between two columns."""
+    row, end = _places_between(beams.row_at, to.across, count, to)
     for place in range(row, end):
         to.low[place], to.high[place], to.is_close[place] = np.inf, -np.inf, False
     for corner in range(_CORNERS):
@@ -169,36 +235,39 @@ def _draw_part(beams: Beams, count: int, column: int, last: int, to: Outline) ->
         for other in range(_CORNERS, cut):
             _cross(beams, other, cut, to)
     for place in range(row, end):
+        limit = limit_of(traffic, beams, box, place) if is_tested else 0.0
         if to.is_close[place]:
-            _try(beams, place, column, last, to)
+            try_rays(beams, place, column, last, is_tested, limit, to)
         elif to.low[place] <= to.high[place]:
-            _fill(beams, place, to)
+            _fill(beams, place, is_tested, limit, to)
 
 
 @lean_inlined
 def _cross(beams: Beams, one: int, other: int, to: Outline) -> None:
     """Note where rows cross the edge between two corners."""
-    if to.z[one] > to.z[other]:
+    if to.across[one] > to.across[other]:
         one, other = other, one
-    bottom, top, y = to.z[one], to.z[other], to.y[one]
-    rise, run, row_at = top - bottom, to.y[other] - y, beams.row_at
+    bottom, top, begin = to.across[one], to.across[other], to.along[one]
+    rise, run, row_at = top - bottom, to.along[other] - begin, beams.row_at
     blur = _BLUR * (1.0 + max(abs(bottom), abs(top)))
     row = place_at(row_at, bottom - blur)
     is_steep = abs(run) > _STEEPEST * rise
     slope = run / rise if rise > 0.0 else 0.0
     while row < row_at.size and row_at[row] <= top + blur:
-        z = row_at[row]
-        if is_steep or z < bottom + blur or z > top - blur:
+        at = row_at[row]
+        if is_steep or at < bottom + blur or at > top - blur:
             to.is_close[row] = True
-        crossed = y + (z - bottom) * slope
+        crossed = begin + (at - bottom) * slope
         to.low[row], to.high[row] = min(to.low[row], crossed), max(to.high[row], crossed)
         row += 1
 
 
 @lean_inlined
-def _fill(beams: Beams, row: int, to: Outline) -> None:
+def _fill(beams: Beams, row: int, is_tested: bool, limit: float, to: Outline) -> None:
     """Set the bits of a row between its two crossings."""
     at, low, high = beams.column_at, to.low[row], to.high[row]
+    if beams.squeeze.size > 0:
+        low, high = low * beams.squeeze[row], high * beams.squeeze[row]
     low_blur, high_blur = _BLUR_ACROSS * (1.0 + abs(low)), _BLUR_ACROSS * (1.0 + abs(high))
     first = place_at(at, low - low_blur)
     begin = first
@@ -208,13 +277,29 @@ def _fill(beams: Beams, row: int, to: Outline) -> None:
     last = end
     while last < at.size and at[last] <= high + high_blur:
         last += 1
-    base = row * words_of(beams.columns)
     if begin < end:
-        _set_bits(to.mask, base, begin, end - 1)
+        if is_tested and not _are_near(beams, row, begin, end - 1, limit, to):
+            try_rays(beams, row, begin, end, is_tested, limit, to)
+        else:
+            _set_bits(to.mask[0], row * words_of(beams.columns), begin, end - 1)
+            if is_tested:
+                _set_bits(to.mask[1], row * words_of(beams.columns), begin, end - 1)
     if first < begin:
-        _try(beams, row, first, begin, to)
+        try_rays(beams, row, first, begin, is_tested, limit, to)
     if end < last:
-        _try(beams, row, end, last, to)
+        try_rays(beams, row, end, last, is_tested, limit, to)
+
+
+@lean_inlined
+def _are_near(beams: Beams, row: int, first: int, last: int, limit: float, to: Outline) -> bool:
+    """Return whether all rays of a row from one to another enter a part well within a limit: then
+    both of these do, since what a ball around the sensor has of the part is convex, too."""
+    least = 1.0 / min(limit, beams.reach[1]) * _WIDER
+    find_entries(beams, to.faces, row, first, 1, to.run)
+    if not to.run[0] > least:
+        return False
+    find_entries(beams, to.faces, row, last, 1, to.run)
+    return bool(to.run[0] > least)
 
 
 @lean_inlined
@@ -231,41 +316,17 @@ def _set_bits(mask: np.ndarray, base: int, first: int, last: int) -> None:
 
 
 @lean
-def _try(beams: Beams, row: int, column: int, last: int, to: Outline) -> None:
-    """Set the bits of those rays of a row, from a column to before another, that enter a part."""
-    base = row * words_of(beams.columns)
+def try_rays(
+    beams: Beams, row: int, column: int, last: int, is_tested: bool, limit: float, to: Outline
+) -> None:  # fmt: skip
+    """Set the bits of those rays of a row, from a column to before another, that enter a part, and
+    where they are tested of those that do within a limit."""
+    base, run = row * words_of(beams.columns), to.run
+    find_entries(beams, to.faces, row, column, last - column, run)
     for place in range(column, last):
-        if is_entered(beams, to.faces, row, place):
-            to.mask[base + (place >> 6)] |= np.uint64(1) << np.uint64(place & 63)
-
-
-@lean_inlined
-def is_stopped_before(beams: Beams, outline: Outline) -> bool:
-    """Return whether the car's own body stops any ray of an outline somewhere."""
-    words, bounds = words_of(beams.columns), outline.bounds
-    for row in range(bounds[0], bounds[1]):
-        for word in range(row * words + bounds[2], row * words + bounds[3]):
-            if outline.mask[word] & beams.stops[word]:
-                return True
-    return False
-
-
-@lean_inlined
-def count_outline(beams: Beams, outline: Outline, seen: np.ndarray) -> tuple[int, int, int, int]:
-    """Count the rays of an outline and those without a hit so far, and return the first and last number of a row among
-    the latter, -1 if none; `seen`, a bit for each ray with a hit, takes them all."""
-    alone, rays, first, last = 0, 0, -1, -1
-    words, bounds = words_of(beams.columns), outline.bounds
-    for row in range(bounds[0], bounds[1]):
-        free = 0
-        for word in range(row * words + bounds[2], row * words + bounds[3]):
-            mask = outline.mask[word]
-            if mask:
-                alone += int(popcount(mask))
-                free += int(popcount(mask & ~seen[word]))
-                seen[word] |= mask
-        if free > 0:
-            rays, number = rays + free, beams.row_of[row]
-            first = min(first, number) if first >= 0 else number
-            last = max(last, number)
-    return alone, rays, first, last
+        inverse = run[place - column]
+        if inverse > 0.0:
+            word, bit = base + (place >> 6), np.uint64(1) << np.uint64(place & 63)
+            to.mask[0, word] |= bit
+            if is_tested and limit * inverse >= 1.0:
+                to.mask[1, word] |= bit

@@ -19,11 +19,13 @@ from riglens.core.kernels.objects.box_frames import (
     is_lost,
     local_direction,
     new_faces,
+    ray_at,
     set_turn,
     start_of,
     turned,
 )
-from riglens.core.kernels.objects.counts import cosine_of, is_returned, is_stopped, spun, wipe
+from riglens.core.kernels.objects.counts import cosine_of, is_returned, spun, wipe
+from riglens.core.kernels.objects.images import is_stopped
 from riglens.core.kernels.objects.nearest import meet_frame
 from riglens.core.kernels.rays.lattice import Direction, rotated, rotated_back
 from riglens.core.kernels.rays.phases import mixed, unit
@@ -161,7 +163,6 @@ def _note_returns(
     """Record the returns of all rays, row by row from below; return the number of points."""
     count, law = 0, draws.law
     for place in range(beams.row_of.size):
-        row = beams.row_of[place]
         for column in range(beams.columns):
             slot = place * beams.columns + column
             part, local = canvas.owner[slot], local_direction(beams, place, column)
@@ -169,7 +170,7 @@ def _note_returns(
             inverse = canvas.inverse[slot]
             if part < 0:
                 inverse = _ground_seen(surface, beams, d)
-            if inverse == 0.0 or (beams.ends.size > 0 and is_stopped(beams, row, slot, inverse)):
+            if inverse == 0.0 or (beams.ends.size > 0 and is_stopped(beams, place, column, inverse)):
                 continue
             t = 1.0 / inverse
             deep, cosine, bright, half_m, what = 0.0, -d[2], reflectivity.road, 0.0, GROUND
@@ -186,7 +187,7 @@ def _note_returns(
                 cosine, half_m = max(cosine, ROUGH), law[4]
             if part >= 0 and is_lost(traffic, beams, draws.returns, part, place, column):
                 continue
-            ray = row * beams.columns + beams.column_of[column]
+            ray = ray_at(beams, place, column)
             if law.size > 0:
                 chance = unit(mixed(draws.returns, np.uint64(ray)))
                 if not is_returned(t, half_m, law[5], cosine, chance):

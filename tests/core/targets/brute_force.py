@@ -6,8 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.rig.model import Lidar, Rig, Sensor
+from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensing.rays import local_directions
+from riglens.core.sensors.kind import Echo
+from riglens.core.sensors.registry import kind_of
 from riglens.core.targets.contribution import phases_rad
+from riglens.core.targets.detection_range import SIZES_M
 from riglens.core.targets.draws import mixed, sensor_key, units
 from riglens.core.targets.range_law import anchors_of, range_for
 from riglens.core.targets.settings import EXACT, TargetSettings
@@ -39,10 +43,12 @@ def count(
     frames: int | None = None,
     solid: Solid | None = None,
 ) -> OnBoxes:
-    """What the enabled sensors of a rig get onto the boxes of the first frames, past a solid if there is one."""
-    sensors = [sensor for sensor in rig.sensors if sensor.enabled]
+    """What the enabled sensors of a rig get onto the boxes of the first frames, past a solid if there
+    is one; those with returns cast their finest rays."""
+    sensors = [_cast_of(sensor) for sensor in rig.sensors if sensor.enabled]
     number = len(traffic.cls)
     rays, alone, rows = (np.zeros((number, len(sensors)), np.int64) for _ in range(3))
+    limits = [_limits(sensor) for sensor in sensors]
     cells: list[set[tuple[int, int, int]]] = [set() for _ in range(number)]
     for frame in range(traffic.frames if frames is None else frames):
         first, end = int(traffic.starts[frame]), int(traffic.starts[frame + 1])
@@ -74,6 +80,9 @@ def count(
                     )
                 hit, part = hit[returns], part[returns]
             owner = parts.box[part]
+            if limits[column].size and hit.size:
+                near = entry[hit, part] <= limits[column][traffic.cls[first + owner], hit]
+                hit, part, owner = hit[near], part[near], owner[near]
             for ray, box, one in zip(hit, owner, part, strict=True):
                 rays[first + box, column] += 1
                 if isinstance(sensor, Lidar):
@@ -84,7 +93,40 @@ def count(
             for box in np.unique(owner):
                 row = hit[owner == box] // columns
                 rows[first + box, column] = row.max() - row.min() + 1
+            _leave_one_of_a_cell(traffic, slice(first, end), sensor, limits[column], rays[first:end, column])
     return OnBoxes(rays, alone, rows, np.array([len(found) for found in cells], np.int64))
+
+
+def _cast_of(sensor: Sensor) -> Sensor:
+    return sensor.finest() if kind_of(sensor).hits.measure == "returns" else sensor
+
+
+def _limits(sensor: Sensor) -> Doubles:
+    """How far each ray gets returns from each class, (3, rays); (0,): as far as its range."""
+    echoes = [Echo(cls, min(SIZES_M[cls][:2])) for cls in CLASSES]
+    rows = [kind_of(sensor).limits_m(sensor, echo) for echo in echoes]
+    return (
+        np.zeros(0) if rows[0] is None else np.array([np.repeat(row, sensor.resolution[0]) for row in rows])
+    )
+
+
+def _leave_one_of_a_cell(
+    traffic: Traffic, boxes: slice, sensor: Sensor, limits: Doubles, rays: NDArray[np.int64]
+) -> None:
+    """Of the boxes of a frame in one resolution cell keep the rays of that which returns from farthest, or of the one
+    with most rays."""
+    cells = kind_of(sensor).cells
+    if cells is None:
+        return
+    best: dict[tuple[int, ...], int] = {}
+    for box in np.flatnonzero(rays).tolist():
+        local = (traffic.centre_m[boxes][box] - np.array(sensor.position)) @ sensor.pose.rotation()
+        cell, reach = tuple(cells(sensor, local[None])[0].tolist()), limits.max(axis=1)[traffic.cls[boxes]]
+        other = best.setdefault(cell, box)
+        if other == box:
+            continue
+        loser = box if (reach[box], rays[box]) <= (reach[other], rays[other]) else other
+        rays[loser], best[cell] = 0, box + other - loser
 
 
 def return_words(sensor: Sensor, seed: int, frame: int) -> NDArray[np.uint64]:

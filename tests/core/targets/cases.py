@@ -10,6 +10,9 @@ from riglens.core.figures.objects import ClassParts, ObjectFigure, Part, parts_b
 from riglens.core.figures.registry import object_figures
 from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt, Lidar, LinearAngles, Rig, Sensor
 from riglens.core.scene.boxes import CLASSES, DataReport, rotations_from_yaw
+from riglens.core.sensors.base import HALVES
+from riglens.core.sensors.radar import Radar, RadarScan
+from riglens.core.sensors.ultrasonic import Ultrasonic
 from riglens.core.targets.counts import Counted
 from riglens.core.targets.traffic import Traffic, traffic_of
 
@@ -74,6 +77,33 @@ def _random_sensor(rng: np.random.Generator) -> Sensor:
         "range_m": (near, float(rng.choice([np.inf, 20.0 + near]))),
     }
     return _random_lidar(rng, place) if rng.random() < 0.55 else _random_camera(rng, place)
+
+
+def rig_of_every_kind(rng: np.random.Generator, sensors: int = 4) -> Rig:
+    """As `random_rig`, with a radar of two scans and an ultrasonic sensor, near the car's height."""
+    few = random_rig(rng, sensors).sensors
+    places = [{"position": tuple(rng.uniform([-2.3, -1.2, 0.3], [2.3, 1.2, 1.6]).tolist())} for _ in range(2)]
+    for place in places:
+        place["rpy_deg"] = tuple((rng.uniform(-1.0, 1.0, 3) * [12.0, 15.0, 180.0]).tolist())
+    scans = [
+        RadarScan(
+            **_random_sector(rng), range_m=float(rng.uniform(8.0, 50.0)), resolution_deg=9.0, resolution_m=3.0
+        )
+        for _ in range(2)
+    ]
+    radar = Radar(name="R", **places[0], range_m=(0.4, 60.0), scans=tuple(scans))
+    reach = float(rng.uniform(4.0, 12.0))
+    sonic = Ultrasonic(
+        name="U", **places[1], **_random_sector(rng), range_m=(float(rng.choice([0.15, 2.0])), 14.0),
+        pole_range_m=reach, wall_range_m=2.0 * reach, blocked=(HALVES["left"],) if rng.random() < 0.2 else (),
+    )  # fmt: skip
+    return Rig(name="random", sensors=(*few, radar, sonic))
+
+
+def _random_sector(rng: np.random.Generator) -> dict[str, Any]:
+    middle, up = float(rng.uniform(-80.0, 80.0)), float(rng.uniform(-8.0, 8.0))
+    wide, tall = rng.uniform([2.0, 1.0], [14.0, 6.0]).tolist()
+    return {"azimuth_deg": (middle - wide, middle + wide), "elevation_deg": (up - tall, up + tall)}
 
 
 def _random_lidar(rng: np.random.Generator, place: dict[str, Any]) -> Lidar:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from riglens.core.geometry import Pose
+from riglens.core.metric.scores import Body
 from riglens.core.rig.library import default_library, sensor_from_model
 from riglens.core.rig.model import BrownConrady, Camera, Rig
 from riglens.core.targets.beams import beams_of
@@ -11,23 +12,29 @@ from riglens.core.targets.counts import Counted
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import EXACT, TargetSettings
 from riglens.core.targets.traffic import Traffic
+from riglens.core.vehicle.housings import car_of
 from tests.core.builders import rig_of, spinning
 from tests.core.targets import brute_force
-from tests.core.targets.cases import random_rig, random_traffic, traffic
+from tests.core.targets.cases import random_rig, random_traffic, rig_of_every_kind, traffic
 
 
 def check(held: Traffic, rig: Rig, settings: TargetSettings = EXACT) -> Counted:
-    everything = held.within(1e6)
+    everything, solid = held.within(1e6), car_of(rig) if settings.body == "blocks" else None
     scores = TargetEngine(everything).evaluate(rig, settings)
-    truth, found = brute_force.count(everything, rig, settings), scores.objects
-    lidar = np.array([sensor.kind == "lidar" for sensor in rig.sensors], bool)
+    truth, found = brute_force.count(everything, rig, settings, solid=solid), scores.objects
+    lidar, camera = (
+        np.array([sensor.kind == kind for sensor in rig.sensors]) for kind in ("lidar", "camera")
+    )
+    for kind, returns in found.returns.items():
+        mine = np.array([sensor.kind == kind for sensor in rig.sensors])
+        np.testing.assert_array_equal(returns.counts, truth.rays[:, mine])
     per_ray = np.array([np.divide(c.image, c.resolution) for c in rig.enabled_cameras()]).reshape(-1, 2)
     scale, height = per_ray.prod(axis=1), per_ray[:, 1]
     np.testing.assert_array_equal(found.points, truth.rays[:, lidar])
-    np.testing.assert_array_equal(found.pixels, truth.rays[:, ~lidar] * scale)
+    np.testing.assert_array_equal(found.pixels, truth.rays[:, camera] * scale)
     np.testing.assert_array_equal(found.points_alone, truth.alone[:, lidar].sum(axis=1))
-    np.testing.assert_array_equal(found.pixels_alone, (truth.alone[:, ~lidar] * scale).sum(axis=1))
-    np.testing.assert_array_equal(found.height_px, (truth.rows[:, ~lidar] * height).max(axis=1, initial=0.0))
+    np.testing.assert_array_equal(found.pixels_alone, (truth.alone[:, camera] * scale).sum(axis=1))
+    np.testing.assert_array_equal(found.height_px, (truth.rows[:, camera] * height).max(axis=1, initial=0.0))
     np.testing.assert_array_equal(found.cells, truth.cells)
     return scores
 
@@ -107,6 +114,26 @@ def test_a_bent_lens_of_many_rays_is_met_tile_by_tile():
     )  # fmt: skip
     assert np.count_nonzero(beams_of(eye).blocks[:, 6] == 0.0) > 6
     assert check(random_traffic(rng, 2, 9), rig_of(eye)).objects.pixels.sum() > 0
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_rigs_of_every_kind(seed):
+    """Every other one on a solid car."""
+    check_every_kind(seed, 5)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(20))
+def test_many_rigs_of_every_kind_in_many_frames(seed):
+    check_every_kind(1000 + seed, 100)
+
+
+def check_every_kind(seed, frames):
+    rng = np.random.default_rng(seed)
+    body: Body = "blocks" if seed % 2 else "ignored"
+    settings = TargetSettings(shape=("class", "box")[seed // 2 % 2], range_law=seed % 3 == 0, body=body)
+    objects = check(random_traffic(rng, frames, 20), rig_of_every_kind(rng), settings).objects
+    assert sum(one.counts.sum() for one in objects.returns.values()) > 0 or frames < 100
 
 
 @pytest.mark.slow

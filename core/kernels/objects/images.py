@@ -1,0 +1,294 @@
+"""Count the rays of a camera, or of a sector, on objects by bits: one for each ray that enters an object.
+
+Objects come from near to far, so what has been met hides the rest. Of objects whose order is open, only the rays that
+enter several of them are compared, one by one.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from riglens.core.kernels.objects.box_frames import (
+    Beams,
+    FrameBoxes,
+    bounds_of,
+    box_of,
+    half_of,
+    limit_of,
+    local_direction,
+    parts_of,
+    ray_at,
+    set_faces,
+    start_of,
+)
+from riglens.core.kernels.objects.depth_order import DepthOrder
+from riglens.core.kernels.objects.nearest import find_entries
+from riglens.core.kernels.objects.silhouette import HIDING, NOT_DRAWN, TESTED, Outline, draw_box, words_of
+from riglens.core.kernels.rays.lattice import Direction
+from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined
+from riglens.core.kernels.voxels.bits import lowest_bit, popcount
+
+RAYS, ALONE, FIRST_ROW, LAST_ROW = 0, 1, 2, 3
+"""Rows of results on objects: rays that enter it first, rays that would without occlusion, first and last row of the
+lattice among the former (-1: none)."""
+
+
+class Bits(NamedTuple):
+    """A bit for each ray, (rows * words,) uint64: `seen` that has met something nearer, `once` and `twice` that enters
+    one of a group of objects or several; touched (2,): first and end row of those of `seen`."""
+
+    seen: np.ndarray
+    once: np.ndarray
+    twice: np.ndarray
+    touched: np.ndarray
+
+
+class Ties(NamedTuple):
+    """Of rays that enter several objects of a group, by slot: 1 / t of the first one, 0 where nothing, and its part, or
+    -1 (rays,)."""
+
+    inverse: np.ndarray
+    owner: np.ndarray
+
+
+@kernel
+def new_bits(rows: int, columns: int) -> Bits:
+    """Return bits for a lattice, none of them set."""
+    words = rows * words_of(columns)
+    return Bits(
+        np.zeros(words, np.uint64),
+        np.zeros(words, np.uint64),
+        np.zeros(words, np.uint64),
+        np.array([rows, 0]),
+    )
+
+
+@lean_inlined
+def forget(columns: int, bits: Bits) -> None:
+    """Clear `seen` for another frame."""
+    words, touched = words_of(columns), bits.touched
+    if touched[0] < touched[1]:
+        bits.seen[touched[0] * words : touched[1] * words] = 0
+    touched[0], touched[1] = bits.seen.size, 0
+
+
+@lean_inlined
+def _touch(outline: Outline, bits: Bits) -> None:
+    if outline.bounds[0] < outline.bounds[1]:
+        bits.touched[0] = min(bits.touched[0], outline.bounds[0])
+        bits.touched[1] = max(bits.touched[1], outline.bounds[1])
+
+
+@lean
+def count_group(
+    traffic: FrameBoxes, beams: Beams, rotation: np.ndarray, ranks: np.ndarray, depth_order: DepthOrder, begin: int,
+    end: int, outline: Outline, bits: Bits, ties: Ties, found: np.ndarray,
+) -> bool:  # fmt: skip
+    """Count the rays on a group of objects, places begin..end-1 of the depth order, all of them no
+    nearer than the hits so far; return False, and change nothing, where an outline cannot decide."""
+    if end - begin == 1:
+        box = depth_order.box[begin]
+        way = draw_box(traffic, beams, box, rotation, outline)
+        if way == NOT_DRAWN:
+            return False
+        _count(traffic, beams, box, way, outline, bits, False, ranks[box], found)
+        _see(beams, outline, bits)
+        return True
+    first, last, is_drawn = beams.row_of.size, 0, True
+    for place in range(begin, end):
+        if draw_box(traffic, beams, depth_order.box[place], rotation, outline) == NOT_DRAWN:
+            is_drawn = False
+            break
+        _lay(beams, outline, bits)
+        first, last = min(first, outline.bounds[0]), max(last, outline.bounds[1])
+    if is_drawn:
+        for place in range(begin, end):
+            box = depth_order.box[place]
+            way = draw_box(traffic, beams, box, rotation, outline)
+            _count(traffic, beams, box, way, outline, bits, True, ranks[box], found)
+            _compare(traffic, beams, box, outline, bits, ties)
+        _share(traffic, beams, ranks, first, last, bits, ties, found)
+    words = words_of(beams.columns)
+    for word in range(first * words, last * words):
+        if is_drawn:
+            bits.seen[word] |= bits.once[word]
+        bits.once[word] = bits.twice[word] = 0
+    if is_drawn and first < last:
+        bits.touched[0], bits.touched[1] = min(bits.touched[0], first), max(bits.touched[1], last)
+    return is_drawn
+
+
+@lean_inlined
+def _see(beams: Beams, outline: Outline, bits: Bits) -> None:
+    """Note that the rays of an outline have met something."""
+    words, bounds = words_of(beams.columns), outline.bounds
+    for row in range(bounds[0], bounds[1]):
+        for word in range(row * words + bounds[2], row * words + bounds[3]):
+            bits.seen[word] |= outline.mask[0, word]
+    _touch(outline, bits)
+
+
+@lean_inlined
+def _lay(beams: Beams, outline: Outline, bits: Bits) -> None:
+    """Add an outline to those of a group."""
+    words, bounds = words_of(beams.columns), outline.bounds
+    for row in range(bounds[0], bounds[1]):
+        for word in range(row * words + bounds[2], row * words + bounds[3]):
+            mask = outline.mask[0, word]
+            bits.twice[word] |= bits.once[word] & mask
+            bits.once[word] |= mask
+
+
+@lean_inlined
+def _count(
+    traffic: FrameBoxes, beams: Beams, box: int, way: int, outline: Outline, bits: Bits, is_one_of_many: bool, one: int,
+    found: np.ndarray,
+) -> None:  # fmt: skip
+    """Count the rays of an outline, and those of them that meet nothing else of the group and nothing nearer."""
+    if one < 0:
+        return
+    alone, words, bounds = 0, words_of(beams.columns), outline.bounds
+    has_stops = beams.stops.size > 0
+    is_over = has_stops and _is_beyond(traffic, beams, box)
+    for row in range(bounds[0], bounds[1]):
+        rays, low, high = 0, beams.columns, -1
+        for place in range(bounds[2], bounds[3]):
+            word = row * words + place
+            mask = outline.mask[0, word]
+            if mask == 0:
+                continue
+            alone += int(popcount(mask))
+            free = mask & ~bits.seen[word]
+            if way == TESTED:
+                free &= outline.mask[1, word]
+            elif way == HIDING:
+                free = np.uint64(0)
+            if is_one_of_many:
+                free &= ~bits.twice[word]
+            if has_stops and free & beams.stops[0, word]:
+                free &= ~beams.stops[0 if is_over else 1, word]
+                if not is_over:
+                    free = _passed(traffic, beams, box, row, place, free, outline)
+            if free:
+                rays += int(popcount(free))
+                low, high = min(low, 64 * place + int(lowest_bit(free))), 64 * place + _highest_bit(free)
+        if rays > 0:
+            note_rays(beams, row, low, high, rays, one, found)
+    found[ALONE, one] = alone
+
+
+@lean_inlined
+def _highest_bit(bits: np.uint64) -> int:
+    """Return the index of the highest set bit of a nonzero word."""
+    at = 0
+    for step in (32, 16, 8, 4, 2, 1):
+        if bits >> np.uint64(at + step):
+            at += step
+    return at
+
+
+@lean_inlined
+def note_rays(beams: Beams, row: int, low: int, high: int, rays: int, one: int, found: np.ndarray) -> None:
+    """Add rays of a row, between two columns, to those of an object."""
+    found[RAYS, one] += rays
+    first = last = beams.row_of[row]
+    if beams.squeeze.size > 0:  # the sensor's rows lie along those of the slots
+        first, last = beams.column_of[low], beams.column_of[high]
+    found[FIRST_ROW, one] = min(found[FIRST_ROW, one], first) if found[FIRST_ROW, one] >= 0 else first
+    found[LAST_ROW, one] = max(found[LAST_ROW, one], last)
+
+
+@lean_inlined
+def _is_beyond(traffic: FrameBoxes, beams: Beams, box: int) -> bool:
+    """Return whether a box is farther away than the last place at which the car's own body stops a ray."""
+    start, half, near2 = start_of(traffic, beams, box), half_of(traffic, box), 0.0
+    for axis in range(3):
+        near = max(abs(start[axis]) - half[axis], 0.0)
+        near2 += near * near
+    return bool(near2 > (beams.last_end * (1.0 + 1e-9)) ** 2)
+
+
+@lean_inlined
+def is_stopped(beams: Beams, row: int, column: int, inverse: float) -> bool:
+    """Return whether the car's own body stops a ray, by its place of rows and columns, before it gets where it went."""
+    x, y, z = local_direction(beams, row, column)
+    length = np.sqrt(x * x + y * y + z * z)
+    return not length / inverse < beams.ends[ray_at(beams, row, column)]
+
+
+@lean
+def _passed(
+    traffic: FrameBoxes, beams: Beams, box: int, row: int, place: int, free: np.uint64, outline: Outline
+) -> np.uint64:  # fmt: skip
+    """Return those of some rays, bits of a word of a row, that the car's own body stops only behind a box."""
+    start = start_of(traffic, beams, box)
+    left = free & beams.stops[0, row * words_of(beams.columns) + place]
+    while left:
+        bit = left & (~left + np.uint64(1))
+        column = 64 * place + int(lowest_bit(left))
+        inverse = 0.0
+        for part in range(*parts_of(traffic, box)):
+            inverse = max(inverse, _entry(traffic, beams, part, start, row, column, outline))
+        if is_stopped(beams, row, column, inverse):
+            free ^= bit
+        left ^= bit
+    return free
+
+
+@lean_inlined
+def _entry(
+    traffic: FrameBoxes, beams: Beams, part: int, start: Direction, row: int, column: int, outline: Outline
+) -> float:  # fmt: skip
+    """Return 1 / t at which a ray enters a part, 0 where it does not."""
+    middle, half = bounds_of(traffic, part)
+    set_faces((start[0] - middle[0], start[1] - middle[1], start[2] - middle[2]), half, outline.faces)
+    find_entries(beams, outline.faces, row, column, 1, outline.run)
+    return float(outline.run[0])
+
+
+@lean_inlined
+def _compare(
+    traffic: FrameBoxes, beams: Beams, box: int, outline: Outline, bits: Bits, ties: Ties
+) -> None:  # fmt: skip
+    """Let a box have those rays of its outline that enter other objects of the group, too, where it is the nearest."""
+    start, words, bounds = start_of(traffic, beams, box), words_of(beams.columns), outline.bounds
+    for part in range(*parts_of(traffic, box)):
+        for row in range(bounds[0], bounds[1]):
+            for place in range(bounds[2], bounds[3]):
+                word = row * words + place
+                left = outline.mask[0, word] & bits.twice[word] & ~bits.seen[word]
+                while left:
+                    column = 64 * place + int(lowest_bit(left))
+                    left &= left - np.uint64(1)
+                    inverse, slot = (
+                        _entry(traffic, beams, part, start, row, column, outline),
+                        row * beams.columns + column,
+                    )
+                    if inverse > ties.inverse[slot]:
+                        ties.inverse[slot], ties.owner[slot] = inverse, part
+
+
+@lean_inlined
+def _share(
+    traffic: FrameBoxes, beams: Beams, ranks: np.ndarray, first: int, last: int, bits: Bits, ties: Ties,
+    found: np.ndarray,
+) -> None:  # fmt: skip
+    """Count the rays that enter several objects of a group for the nearest of them, and leave no ties."""
+    words = words_of(beams.columns)
+    for row in range(first, last):
+        for place in range(words):
+            left = bits.twice[row * words + place] & ~bits.seen[row * words + place]
+            while left:
+                column = 64 * place + int(lowest_bit(left))
+                left &= left - np.uint64(1)
+                slot = row * beams.columns + column
+                box, inverse = box_of(ties.owner[slot]), ties.inverse[slot]
+                ties.inverse[slot], ties.owner[slot] = 0.0, -1
+                one = ranks[box]
+                if one < 0 or limit_of(traffic, beams, box, row) * inverse < 1.0:
+                    continue
+                if beams.ends.size > 0 and is_stopped(beams, row, column, inverse):
+                    continue
+                note_rays(beams, row, column, column, 1, one, found)
