@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from riglens.arguments import RigLensWarning
 from riglens.core.errors import InputError
+from riglens.core.footprint.ground import Footprint
 from riglens.core.geometry import Pose
 from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig, Vehicle
 from riglens.core.targets.calibration import Calibration
@@ -21,6 +22,7 @@ from riglens.results import (
     BlindResult,
     CheckResult,
     ClassResult,
+    FootprintResult,
     Listing,
     MountsResult,
     RangeResult,
@@ -30,7 +32,17 @@ from riglens.results import (
     TargetResult,
     ToleranceResult,
 )
-from riglens.reviewing import blind, check, detection_range, mounts, redundancy, review, tolerance
+from riglens.reviewing import (
+    blind,
+    check,
+    detection_range,
+    footprint,
+    footprints,
+    mounts,
+    redundancy,
+    review,
+    tolerance,
+)
 from riglens.rigs import convert, open_rig, presets, save_rig, sensor, sensors, use_libraries
 from riglens.scenes import Scene, SceneEngine, audit, body_triangles, load_scene, rays, score
 from riglens.studying import study
@@ -44,6 +56,8 @@ __all__ = [
     "Camera",
     "CheckResult",
     "ClassResult",
+    "Footprint",
+    "FootprintResult",
     "InputError",
     "Lidar",
     "LinearAngles",
@@ -74,6 +88,8 @@ __all__ = [
     "check",
     "convert",
     "detection_range",
+    "footprint",
+    "footprints",
     "load_scene",
     "load_traffic",
     "mounts",

@@ -20,6 +20,7 @@ from riglens.core.figures.evaluated import Evaluated
 from riglens.core.figures.figure import Estimate
 from riglens.core.figures.objects import ClassParts, ObjectFigure, Part, parts_by_class, parts_by_sector
 from riglens.core.figures.registry import object_figures
+from riglens.core.footprint.ground import Footprint
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import KindScore
 from riglens.core.plain import to_plain
@@ -469,6 +470,25 @@ class MountsResult(Documented):
                 "problem": wrong.get(mount.name),
             }
             for mount in self.mounts
+        ]
+
+
+@dataclass(frozen=True, eq=False)
+class FootprintResult(Documented):
+    """Footprints of a rig's enabled cameras, radars and ultrasonic sensors: that part of `riglens review` alone."""
+
+    rig: Rig
+    footprints: tuple[Footprint, ...]
+
+    def __repr__(self) -> str:
+        return f"<FootprintResult of {self.rig.name}: {len(self.footprints)} sensors>"
+
+    def rows(self) -> Rows:
+        """Return a row per sensor and band."""
+        return [
+            {"sensor": one.sensor.name, "band": band.title, "area_m2": band.area_m2}
+            for one in self.footprints
+            for band in one.bands
         ]
 
 

@@ -8,6 +8,9 @@ from pathlib import Path
 from riglens.arguments import StrPath, Warnings
 from riglens.core.blind.zones import BlindSettings
 from riglens.core.errors import InputError
+from riglens.core.footprint.document import footprints_document, footprints_of, solid_rig
+from riglens.core.footprint.ground import EN_62676_4, Footprint
+from riglens.core.footprint.ground import footprint as footprint_of
 from riglens.core.metric.scores import Body, Method
 from riglens.core.review.documents import mounts_review_document, tolerance_document
 from riglens.core.review.measures import Measures
@@ -16,7 +19,7 @@ from riglens.core.review.profiles import profiles_in
 from riglens.core.review.tolerance import profile_called
 from riglens.core.review.tolerance import tolerance as tolerance_of
 from riglens.core.rig.edits import damaged as damaged_rig
-from riglens.core.rig.model import Rig
+from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.boxes import Progress
 from riglens.core.targets.detection_range import RangePlan, around
 from riglens.core.targets.settings import TargetSettings
@@ -26,6 +29,7 @@ from riglens.evaluation.scenario import settings_of
 from riglens.results import (
     BlindResult,
     CheckResult,
+    FootprintResult,
     MountsResult,
     RangeResult,
     RedundancyResult,
@@ -180,6 +184,35 @@ def mounts(rig: Rig, *, mesh_folder: StrPath = ".") -> MountsResult:
     return MountsResult(mounts_review_document(rig), rig, mounts_of(rig), violations(rig, USUAL_LIMITS))
 
 
+def footprint(
+    sensor: Sensor,
+    *,
+    px_per_m: Sequence[float] = EN_62676_4,
+    rig: Rig | None = None,
+    mesh_folder: StrPath = ".",
+) -> Footprint:
+    """Find what a camera resolves, or a radar or ultrasonic sensor reaches, on flat ground.
+
+    Parameters
+    ----------
+    px_per_m
+        Least pixels per metre of each band of a camera, falling; those of EN 62676-4.
+    rig
+        The rig whose body and housings hide ground from the sensor; without it nothing does.
+    """
+    solid = None if rig is None else solid_rig(with_blocking_mesh(rig, "blocks", mesh_folder))
+    return footprint_of(sensor, px_per_m, solid)
+
+
+def footprints(
+    rig: Rig, *, px_per_m: Sequence[float] = EN_62676_4, mesh_folder: StrPath = "."
+) -> FootprintResult:
+    """Find the footprints of a rig's enabled sensors, the pixels on objects and the overlaps of cameras."""
+    rig = with_blocking_mesh(rig, "blocks", mesh_folder)
+    found = footprints_of(rig, px_per_m)
+    return FootprintResult(footprints_document(rig, found), rig, found)
+
+
 def check(
     rigs: Rig | Sequence[Rig],
     requirements: StrPath,
@@ -209,7 +242,7 @@ def check(
     return CheckResult(found.document(), {one.rig.name: one.verdicts for one in found.checks})
 
 
-PARTS = ("blind", "range", "redundancy", "tolerance", "audit", "mounts")
+PARTS = ("blind", "range", "redundancy", "tolerance", "audit", "mounts", "footprint")
 
 
 def review(
@@ -231,14 +264,14 @@ def review(
     threads: int | None = None,
     mesh_folder: StrPath = ".",
 ) -> ReviewResult:
-    """Review a rig: blind zones, detection range, redundancy, tolerance, where rays go, mounts.
+    """Review a rig: blind zones, detection range, redundancy, tolerance, where rays go, mounts, footprints.
 
     The bundled town is the scene, and its objects the traffic, unless a scene is given.
 
     Parameters
     ----------
     only
-        Some of the parts: "blind", "range", "redundancy", "tolerance", "audit", "mounts".
+        Some of the parts: "blind", "range", "redundancy", "tolerance", "audit", "mounts", "footprint".
     min_points
         LiDAR points that detect an object.
     damaged
@@ -272,5 +305,6 @@ def review(
         ),
         "audit": lambda: audit(rig, of_scene(), threads=threads, mesh_folder=mesh_folder),
         "mounts": lambda: mounts(rig, mesh_folder=mesh_folder),
+        "footprint": lambda: footprints(rig, mesh_folder=mesh_folder),
     }  # fmt: skip
     return ReviewResult(rig, {name: makers[name]() for name in PARTS if name in only})

@@ -92,6 +92,7 @@ HOUSE = (
             ),
             (Room("simulate", "sweeps, with clutter, ground and noise"),),
             (Room("figures", "each figure, heatmap and map, defined once"),),
+            (Room("footprint", "what sensors resolve and reach on the ground"),),
             (
                 Room("blind", "near-field zones"),
                 Room("targets", "points on road users"),

@@ -13,6 +13,7 @@ from rich.text import Text
 from riglens.app.commands.audit import print_audit
 from riglens.app.commands.blind import BlindArguments
 from riglens.app.commands.detection_range import RangeArguments, print_range
+from riglens.app.commands.footprint import print_footprints
 from riglens.app.commands.mounts import print_mounts
 from riglens.app.commands.options import (
     Json,
@@ -31,6 +32,8 @@ from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic
 from riglens.core.engine.audit import audit as audit_rig
 from riglens.core.engine.audit import audit_document
 from riglens.core.errors import InputError
+from riglens.core.footprint.document import footprints_document, footprints_of
+from riglens.core.footprint.ground import EN_62676_4, checked_limits
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.review.documents import mounts_review_document
 from riglens.core.review.profiles import Profile, profiles_in
@@ -54,6 +57,9 @@ def review(
     only: Annotated[str | None, Parameter(group=REVIEW, metavar="PART,PART...")] = None,
     min_points: Annotated[int, number(REVIEW)] = 5,
     within: Annotated[float, Parameter(group=REVIEW, metavar="M")] = WITHIN_M,
+    px_per_m: Annotated[tuple[float, ...], Parameter(group=REVIEW, metavar="N", consume_multiple=True)] = (
+        EN_62676_4
+    ),
     damaged: Annotated[
         tuple[str, ...], Parameter(group=REVIEW, metavar="SENSOR[=HALF]", show_default=False)
     ] = (),
@@ -66,16 +72,18 @@ def review(
     reading: RigArguments = RigArguments(),
     json: Json = None,
 ) -> None:
-    """Review a rig: blind zones, detection range, redundancy, tolerance, ray outcomes, mounts.
+    """Review a rig: blind zones, detection range, redundancy, tolerance, ray outcomes, mounts, footprints.
 
     Parameters
     ----------
     only
-        Parts to run: blind, range, redundancy, tolerance, audit, mounts (all).
+        Parts to run: blind, range, redundancy, tolerance, audit, mounts, footprint (all).
     min_points
         LiDAR points that detect an object, for detection range and redundancy; a camera needs 25 px of height.
     within
         Count objects within this distance of the car, in metres, for redundancy and tolerance.
+    px_per_m
+        Least pixels per metre of each band of a camera's footprint, falling; EN 62676-4 by default.
     damaged
         Sensor that has failed or, with =left, =right, =upper or =lower, is blocked by half; may be repeated.
     json
@@ -89,6 +97,7 @@ def review(
                 raise InputError(f"needs {part} in", option, "only")
     if score.body == "ignored" and not {"redundancy", "tolerance"} & set(parts):
         score.solid(score.body)
+    limits = checked_limits(px_per_m)
     blind.settings()  # what is wrong with options is said before rigs are read
     plan, profiles = distances.plan(min_points), profiles_in(blind.profiles)
     (opened,) = load_rigs([rig], score.solid(), reading.libraries, reading.housings)
@@ -97,7 +106,7 @@ def review(
     require_outputs((rig, *blind.profiles, *scene.files), json, *paths)
     found = Review(
         opened, scene, score, TargetSettings(min_points=min_points), within,
-        blind, profiles, plan, distances, redundancy, tolerance,
+        blind, profiles, plan, distances, redundancy, tolerance, limits,
     )  # fmt: skip
     made = {name: PARTS[name](found) for name in parts}
     document = {"riglens": FORMAT_VERSION} | {name: part for name, (part, _) in made.items()}
@@ -125,6 +134,7 @@ class Review:
     range_options: RangeArguments
     redundancy_options: RedundancyArguments
     tolerance_options: ToleranceArguments
+    px_per_m: tuple[float, ...]
 
     @cached_property
     def field(self) -> EntropyField:
@@ -174,6 +184,11 @@ class Review:
         """Say where sensors sit."""
         return mounts_review_document(self.rig), lambda: print_mounts(self.rig)
 
+    def footprint(self) -> Part:
+        """Say what cameras resolve and other sensors reach on the ground."""
+        found = footprints_of(self.rig, self.px_per_m)
+        return footprints_document(self.rig, found), lambda: print_footprints(self.rig, found)
+
 
 PARTS: dict[str, Callable[[Review], Part]] = {
     "blind": Review.blind,
@@ -182,6 +197,7 @@ PARTS: dict[str, Callable[[Review], Part]] = {
     "tolerance": Review.tolerance,
     "audit": Review.audit,
     "mounts": Review.mounts,
+    "footprint": Review.footprint,
 }
 
 

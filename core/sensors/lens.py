@@ -184,6 +184,33 @@ def _jacobian(lens: BrownConrady, x: Doubles, y: Doubles) -> tuple[Doubles, Doub
     return along_x, across, n / d + y * y * growth + 6.0 * lens.p1 * y + 2.0 * lens.p2 * x
 
 
+def least_scale(lens: BrownConrady | KannalaBrandt, points: Doubles) -> Doubles:
+    """Return how far the image of points (n, 3) in optical axes moves per metre that they move across the line of
+    sight, in units of the image plane and in the direction that moves it least, (n,); NaN: not imaged."""
+    radial, distance = radial_of(lens), np.linalg.norm(points, axis=1)
+    is_imaged = np.isfinite(distorted(lens, points)[:, 0])
+    with np.errstate(all="ignore"):
+        x, y, z = points.T
+        if isinstance(lens, KannalaBrandt):
+            across = np.hypot(x, y)
+            theta = np.arctan2(across, z)
+            around = np.where(across > 0.0, radial.value(theta) / across, 1.0 / distance)
+            least = np.minimum(around, radial.slope(theta) / distance)
+        else:
+            x, y = x / z, y / z
+            length = np.hypot(x, y)
+            out_x, out_y = np.where(length > 0.0, (x, y) / length, np.array([[1.0], [0.0]]))
+            xx, xy, yy = _jacobian(lens, x, y)
+            steep = distance / z  # a step along the radius moves the point of the plane so much farther
+            along = np.stack([xx * out_x + xy * out_y, xy * out_x + yy * out_y]) * steep
+            around_x, around_y = xy * out_x - xx * out_y, yy * out_x - xy * out_y
+            squares = (along * along).sum(axis=0) + around_x**2 + around_y**2
+            area = np.abs(along[0] * around_y - along[1] * around_x)
+            most = np.sqrt((squares + np.sqrt(np.maximum(squares**2 - 4.0 * area**2, 0.0))) / 2.0)
+            least = area / most / z
+    return np.where(is_imaged, least, np.nan)
+
+
 def _is_in_front_of_the_fold(lens: BrownConrady, radial: Radial, x: Doubles, y: Doubles) -> NDArray[np.bool_]:
     """Return whether the image grows outwards up to there, and is not turned over by the tangential terms."""
     xx, xy, yy = _jacobian(lens, x, y)
