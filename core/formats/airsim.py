@@ -100,7 +100,7 @@ def _pose(value: Value) -> Matrix:
 def _add_sensor(name: str, value: Value, mounting: Mounting) -> None:
     if value.item("SensorType").number() != _LIDAR_TYPE:
         mounting.notes.ignored("neither camera nor LiDAR", name)
-    elif "Enabled" in value and value.item("Enabled").raw is not True:
+    elif "Enabled" in value and value.item("Enabled").use().raw is not True:
         mounting.notes.ignored("switched off in the file", name)
     else:
         mounting.add("lidar", name, _pose(value), **_rays(value, name, mounting.notes))
@@ -129,4 +129,12 @@ def _rays(value: Value, name: str, notes: Notes) -> dict[str, Any]:
 
 
 _PAWN = Origin("the origin", lambda _: (0.0, 0.0, 0.0))
-AIRSIM = Format("airsim", "AirSim settings", (".json",), recognises, read, origin=_PAWN)
+AIRSIM = Format(
+    "airsim",
+    "AirSim settings",
+    (".json",),
+    recognises,
+    read,
+    origin=_PAWN,
+    harmless="Enabled|VehicleType|SettingsVersion|SimMode|ViewMode|ClockSpeed|ImageType|AutoCreate|DrawDebugPoints|DataFrame",
+)

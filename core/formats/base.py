@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from riglens.core.formats.mounts import ON_ROOF, SEDAN, Mounting, Origin, ReadOptions
 from riglens.core.formats.report import Notes, OpenedRig, Report
 from riglens.core.formats.source import Source
+from riglens.core.formats.unread import note_unread
 from riglens.core.rig.model import Rig, Vehicle
 
 
@@ -25,7 +26,8 @@ class Format:
 
     suffixes: those of its files, of which `recognises` is asked, and of folders where has_folders. endings: file name
     endings that belong to this format only; is_folder: whether it is written as a folder. Where files do not say it:
-    vehicle, described by `car`, and origin.
+    vehicle, described by `car`, and origin. harmless: a pattern of fields that are not read because they bear on
+    neither pose nor view.
     """
 
     name: str
@@ -40,6 +42,7 @@ class Format:
     vehicle: Vehicle = SEDAN
     car: str = "a sedan"
     origin: Origin = ON_ROOF
+    harmless: str = ""
 
     def fits(self, source: Source) -> bool:
         """Return whether a file or folder is in this format."""
@@ -49,8 +52,10 @@ class Format:
     def read(self, source: Source, options: ReadOptions) -> OpenedRig:
         """Read a rig; raise InputError with file, field, what was found and what is accepted."""
         assert self.reads is not None
+        source.reads.forget()
         mounting = Mounting(source.where, Notes(), options, self.vehicle, self.car, self.origin)
         rig = self.reads(source, mounting)
+        note_unread(source.reads, mounting.notes, self.harmless)
         return OpenedRig(rig, mounting.notes.report(self.title), mounting.file)
 
     def write(self, rig: Rig) -> Exported:

@@ -50,9 +50,6 @@ def read(source: Source, mounting: Mounting) -> Rig:
     camera = source.toml.get("camera")
     if camera is not None:
         _add_cameras(camera, mounting)
-    for key, _ in source.toml.items():
-        if key not in ("lidar", "camera"):
-            notes.ignored("table that is neither [lidar] nor [camera]", key)
     notes.converted("left-handed axes to right-handed: y, pitch and yaw change sign")
     return mounting.rig(f"{source.name}{chosen}")
 
@@ -223,5 +220,5 @@ def _text(number: float) -> str:
 
 CARLA_TOML = Format(
     "carla-toml", "CARLA TOML of the published placement code", (".toml",), recognises, read, write, (".toml",),
-    origin=ACTOR,
+    origin=ACTOR, harmless="sets|num|GLOBAL_HEIGHT_POS",
 )  # fmt: skip

@@ -309,5 +309,12 @@ def _radial(camera: Camera, notes: Notes) -> str:
 
 
 DRIVEWORKS = Format(
-    "driveworks", "NVIDIA DriveWorks rig JSON", (".json",), recognises, read, write, origin=REAR_AXLE
+    "driveworks",
+    "NVIDIA DriveWorks rig JSON",
+    (".json",),
+    recognises,
+    read,
+    write,
+    origin=REAR_AXLE,
+    harmless="version|valid",
 )

@@ -24,24 +24,9 @@ from riglens.core.formats.mounts import Mounting
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import YAML, Source, Value
 from riglens.core.rig.model import Rig
-from riglens.core.rig.yaml.nodes import shortened
 
 _CAMERA = re.compile(r"cam[0-9]{1,3}")
 _FROM_IMU, _TO_IMU, _STEP = "T_cam_imu", "T_imu_cam", "T_cn_cnm1"
-_KNOWN = frozenset(
-    {
-        _FROM_IMU,
-        _TO_IMU,
-        _STEP,
-        "camera_model",
-        "intrinsics",
-        "distortion_model",
-        "distortion_coeffs",
-        "resolution",
-    }
-    | {"rostopic", "cam_overlaps", "timeshift_cam_imu"}
-)
-"""Fields that are read, or that do not affect the pose and view of a camera."""
 _SAME_M, _SAME_DEG = 1e-4, 0.01
 
 
@@ -99,11 +84,7 @@ def _poses(chain: Mapping[str, Value], notes: Notes) -> dict[str, Matrix]:
 
 
 def _by_imu(value: Value, name: str, notes: Notes) -> Matrix | None:
-    """Return the pose of the optical frame in the IMU's, None if the file lacks it; report unread fields."""
-    for key, _ in value.items():
-        if key not in _KNOWN:
-            what = "transform" if key.startswith("T_") else "field"
-            notes.ignored(f"{what} '{shortened(key, 30)}' is not read", name)
+    """Return the pose of the optical frame in the IMU's, None if the file lacks it."""
     found = [key for key in (_FROM_IMU, _TO_IMU) if key in value]
     if not found:
         return None
@@ -124,4 +105,6 @@ def _remark_apart(taken: Matrix, other: Matrix, what: str, name: str, notes: Not
         notes.ignored(f"{what}: {apart_m:.3g} m and {apart_deg:.3g} deg apart", name)
 
 
-KALIBR = Format("kalibr", "Kalibr camchain", YAML, recognises, read)
+KALIBR = Format(
+    "kalibr", "Kalibr camchain", YAML, recognises, read, harmless="rostopic|cam_overlaps|timeshift_cam_imu"
+)

@@ -7,7 +7,7 @@ import math
 import os
 import re
 import tomllib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
+from riglens.core.formats.unread import Key, Reads
 from riglens.core.geometry import Vec3
 from riglens.core.reading_time import MAX_RIG_S, ReadingTime
 from riglens.core.rig.yaml.nodes import parse_yaml, plain_value, read_text, shortened, shown_path
@@ -31,12 +32,31 @@ MAX_PIXELS = 20_000
 
 
 class Value:
-    """A value of a JSON, YAML or TOML document; `path` is the readable name of the field."""
+    """A value of a JSON, YAML or TOML document; `path` is the readable name of the field.
 
-    def __init__(self, value: Any, where: str, path: str = "") -> None:
+    `reads` records which fields were used; values inside know their holder and their key in it.
+    """
+
+    def __init__(
+        self,
+        value: Any,
+        where: str,
+        path: str = "",
+        reads: Reads | None = None,
+        holder: Value | None = None,
+        key: Key = "",
+    ) -> None:
         self.raw = value
         self._where = where
         self._path = path
+        self._reads, self._holder, self._key = reads, holder, key
+
+    def use(self) -> Value:
+        """Note that the value is used, and return it; what returns content does that by itself."""
+        one = self
+        while one._reads and one._holder is not None and one._reads.use(one._holder.raw, one._key):
+            one = one._holder
+        return self
 
     def refuse(self, accepted: str, found: str | None = None) -> NoReturn:
         """Raise InputError `file: field: must be ... (got ...)`."""
@@ -67,7 +87,7 @@ class Value:
         if not isinstance(self.raw, dict):
             self.refuse("a mapping of names to values")
         found = self.raw.get(key)
-        return None if found is None else self._inner(found, key)
+        return None if found is None else self._inner(found, key, key)
 
     def item(self, key: str, default: Any = None) -> Value:
         """Return the field of that name, or a default; raise InputError when it is missing and has none."""
@@ -75,14 +95,14 @@ class Value:
         if found is None and default is None:
             place = f"{self._path}.{key}" if self._path else key
             raise InputError(f"{self._where}: {shortened(place, 120)}: missing")
-        return self._inner(default, key) if found is None else found
+        return Value(default, self._where, self._place_of(key)) if found is None else found
 
     def items(self) -> Iterator[tuple[str, Value]]:
         """Yield the names and values of a mapping, in the order of the file."""
         if not isinstance(self.raw, dict):
             self.refuse("a mapping of names to values")
         for key, value in self.raw.items():
-            yield str(key), self._inner(value, str(key))
+            yield str(key), self._inner(value, str(key), key)
 
     def elements(self, count: int | None = None) -> list[Value]:
         """Return the elements of a list, which must have exactly `count` where that is given."""
@@ -90,12 +110,17 @@ class Value:
             self.refuse("a list")
         if count is not None and len(self.raw) != count:
             self.refuse(f"a list of {count}", f"a list of {len(self.raw)}")
-        return [Value(value, self._where, f"{self._path}[{index}]") for index, value in enumerate(self.raw)]
+        place = (f"{self._path}[{index}]" for index in range(len(self.raw)))
+        return [
+            Value(value, self._where, next(place), self._reads, self, index)
+            for index, value in enumerate(self.raw)
+        ]
 
     def text(self) -> str:
         """Return a text; JSON can express halves of characters (surrogates), which no file can hold."""
         if not isinstance(self.raw, str) or not is_encodable(self.raw):
             self.refuse("a text")
+        self.use()
         return self.raw
 
     def number(self, low: float = -MAX_METRES, high: float = MAX_METRES, quoted: bool = False) -> float:
@@ -105,6 +130,7 @@ class Value:
             value = _number_in(value)
         if isinstance(value, bool) or not isinstance(value, (int, float)) or not low <= value <= high:
             self.refuse(f"a number from {low:g} to {high:g}")
+        self.use()
         return float(value)
 
     def whole(self, low: int, high: int, quoted: bool = False) -> int:
@@ -138,9 +164,12 @@ class Value:
         """Return the numbers in named fields, one for each name; all must be there."""
         return [self.item(name).number() for name in names]
 
-    def _inner(self, value: Any, key: str) -> Value:
-        place = shortened(key)
-        return Value(value, self._where, f"{self._path}.{place}" if self._path else place)
+    def _inner(self, value: Any, name: str, key: Key) -> Value:
+        return Value(value, self._where, self._place_of(name), self._reads, self, key)
+
+    def _place_of(self, name: str) -> str:
+        place = shortened(name)
+        return f"{self._path}.{place}" if self._path else place
 
     def _shown(self) -> str:
         if isinstance(self.raw, dict):
@@ -171,16 +200,45 @@ MAX_DEPTH = 60
 MAX_ELEMENTS = 50_000
 
 
+class Attributes(dict[str, str]):
+    """Attributes of an element; `used` are those that were asked for by name."""
+
+    def __init__(self, given: Mapping[str, str]) -> None:
+        super().__init__(given)
+        self.used: set[str] = set()
+
+    def __getitem__(self, name: str) -> str:
+        self.used.add(name)
+        return super().__getitem__(name)
+
+    def get(self, name: str, default: Any = None) -> Any:
+        """Return the attribute of that name, or a default."""
+        self.used.add(name)
+        return super().get(name, default)
+
+
 @dataclass
 class Element:
-    """An element with its attributes, children and text; `line` from 1."""
+    """An element with its attributes, children and the words of its text; `line` from 1."""
 
     tag: str
-    attributes: dict[str, str]
+    attributes: Attributes
     line: int
     where: str
     children: list[Element] = field(default_factory=list)
-    text: str = ""
+    words: str = ""
+    is_read: bool = False
+
+    @property
+    def text(self) -> str:
+        """The text inside; the element counts as used from then on."""
+        self.is_read = True
+        return self.words
+
+    @property
+    def is_used(self) -> bool:
+        """Use of its text, an attribute or anything inside."""
+        return any(one.is_read or one.attributes.used & one.attributes.keys() for one in self.walk())
 
     def walk(self) -> Iterator[Element]:
         """Yield the element and all that are in it."""
@@ -235,7 +293,7 @@ class _ElementBuilder:
             raise InputError(f"{self._where}:{line}: nested more than {MAX_DEPTH} levels deep")
         if self._count > MAX_ELEMENTS:
             raise InputError(f"{self._where}:{line}: more than {MAX_ELEMENTS} elements")
-        element = Element(tag, attributes, line, self._where)
+        element = Element(tag, Attributes(attributes), line, self._where)
         if self._stack:
             self._stack[-1].children.append(element)
         else:
@@ -246,7 +304,7 @@ class _ElementBuilder:
         self._stack.pop()
 
     def _data(self, text: str) -> None:
-        self._stack[-1].text += text
+        self._stack[-1].words += text
 
     def _doctype(self, *_: object) -> None:
         raise InputError(f"{self._where}:{self.parser.CurrentLineNumber}: document types are not accepted")
@@ -291,13 +349,19 @@ _OPENCV_MATRIX = re.compile(r"(:[ \t]+)!!opencv-matrix(?=[ \t\r]*(?:[{#]|$))", r
 class Source:
     """File named by the user, read at most once, or a folder with files of known names.
 
-    All files of a rig share one limit of `time`.
+    All files of a rig share one limit of `time`, and the record of which of their fields were used.
     """
 
-    def __init__(self, path: str | os.PathLike[str], time: ReadingTime | None = None) -> None:
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        time: ReadingTime | None = None,
+        reads: Reads | None = None,
+    ) -> None:
         self.path = Path(path)
         self.where = shown_path(self.path)
         self.time = time or ReadingTime(self.where, MAX_RIG_S)
+        self.reads = reads or Reads()
         self.is_folder = self.path.is_dir()
         name = self.path.name.lower()
         self.suffix = Path(name.removesuffix(".gz")).suffix
@@ -330,7 +394,12 @@ class Source:
 
     def another(self, path: Path) -> Source:
         """Return a file that belongs to this one, under the same limit of time."""
-        return Source(path, self.time)
+        return Source(path, self.time, self.reads)
+
+    def value(self, raw: Any, path: str = "") -> Value:
+        """Return a document, or a part of one, whose fields are accounted for."""
+        self.reads.add(raw)
+        return Value(raw, self.where, path, self.reads)
 
     @cached_property
     def written(self) -> str:
@@ -347,7 +416,7 @@ class Source:
     @cached_property
     def json(self) -> Value:
         """The JSON document; raise InputError with the line for broken JSON, NaN, keys given twice, deep nesting."""
-        return Value(self._parsed(_load_json), self.where)
+        return self.value(self._parsed(_load_json))
 
     @cached_property
     def yaml(self) -> Value:
@@ -356,7 +425,7 @@ class Source:
             raise InputError(f"{self.where}: too large for a rig file (at most {MAX_YAML_BYTES / 1e3:g} kB)")
         text, is_opencv = _OPENCV_HEADER.subn("", self.text, count=1)
         text = _OPENCV_MATRIX.sub(r"\1", _OPENCV_KEY.sub(r"\1: ", text) if is_opencv else text)
-        return Value(plain_value(parse_yaml(text, self.where)), self.where)
+        return self.value(plain_value(parse_yaml(text, self.where)))
 
     @cached_property
     def toml(self) -> Value:
@@ -364,7 +433,7 @@ class Source:
         for number, line in enumerate(self.text.split("\n"), 1):
             if line.count(".") > MAX_DOTS:
                 raise InputError(f"{self.where}:{number}: too many dots in a line (at most {MAX_DOTS})")
-        return Value(self._parsed(tomllib.loads), self.where)
+        return self.value(self._parsed(tomllib.loads))
 
     @cached_property
     def xml(self) -> Element:

@@ -13,7 +13,7 @@ from pathlib import Path, PurePosixPath
 
 from riglens.core.errors import InputError
 from riglens.core.formats.report import Notes
-from riglens.core.formats.source import Element, Source
+from riglens.core.formats.source import Attributes, Element, Source
 from riglens.core.limited_process import answer_of
 from riglens.core.rig.yaml.nodes import shortened, shown_path
 
@@ -49,7 +49,7 @@ def expanded(source: Source, notes: Notes) -> Element:
         said = shortened(said, 250)
         if not tag:
             raise InputError(f"{where(place)}:{line}: {said}")
-        raise Element(tag, {}, line, where(place)).error(said)
+        raise Element(tag, Attributes({}), line, where(place)).error(said)
     for said in result["missing"]:
         package = PurePosixPath(said).parts[1:2]
         whose = f" (package {shortened(package[0])})" if said.startswith("/") and package else ""
@@ -58,7 +58,7 @@ def expanded(source: Source, notes: Notes) -> Element:
         notes.ignored("macro that no file in the rig's folder defines", shortened(said))
     notes.read(f"xacro, expanded here: {result['steps']} elements, {result['files']} files included")
     return _tree(
-        (depth, Element(tag, attributes, line, where(place), text=text))
+        (depth, Element(tag, Attributes(attributes), line, where(place), words=text))
         for depth, tag, attributes, text, place, line in result["elements"]
     )
 
