@@ -15,6 +15,7 @@ import numpy as np
 
 from riglens.core.formats.base import Format
 from riglens.core.formats.frames import (
+    BASES,
     FrameTree,
     Matrix,
     from_optical,
@@ -23,7 +24,7 @@ from riglens.core.formats.frames import (
     se3,
 )
 from riglens.core.formats.mounts import ON_ROOF, Mounting, Origin, rear_axle_on_ground
-from riglens.core.formats.opencv_yaml import read_lens
+from riglens.core.formats.opencv_yaml import UNUSED, read_lens
 from riglens.core.formats.source import YAML, Source, Value
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.nodes import shortened
@@ -31,6 +32,8 @@ from riglens.core.rig.yaml.nodes import shortened
 VEHICLE_R_ROOT: Matrix = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 """From x right, y forward, z up to x forward, y left, z up."""
 _KINDS = {"camera": "camera", "velodyne": "lidar", "lidar": "lidar", "radar": "radar"}
+_ROOTS = "novatel, localization or imu"
+_APOLLO = re.compile("novatel|localization|imu")
 _VELODYNE = re.compile(r"velodyne_?(16|32|64|128)")
 _MODELS = {"16": "VLP-16", "32": "HDL-32E", "64": "HDL-64E", "128": "VLS-128"}
 
@@ -65,12 +68,19 @@ def read(source: Source, mounting: Mounting) -> Rig:
     """Return the cameras and LiDARs of all files, chained to their root."""
     tree = FrameTree(source.where)
     kinds: dict[str, str | None] = {}
+    given: dict[str, str] = {}
     for file in _files(source, "extrinsics") or [source]:
         if not _is_transform(file):
             mounting.notes.ignored("it does not name its frames", file.path.name)
             continue
         parent, child = (file.yaml.item(key) for key in ("header", "child_frame_id"))
         name = child.text()
+        if name in given:
+            mounting.notes.ignored(
+                f"a second transform of {shortened(name, 40)}: that of {given[name]} is taken", file.path.name
+            )
+            continue
+        given[name] = file.path.name
         tree.add(parent.item("frame_id").text(), name, _transform(file.yaml.item("transform")))
         group = file.path.resolve().parent.name.removesuffix("_params")
         kinds[name] = _KINDS.get(group) or kind_of(name)
@@ -103,7 +113,14 @@ def _root_axes(tree: FrameTree, mounting: Mounting) -> Matrix:
         mounting.notes.approximated(f"the root {root} is a LiDAR: x forward, y left, z up on the roof")
         mounting.add("lidar", root, np.eye(4), said=_model(root))
         return np.eye(4)
-    mounting.notes.converted(f"axes of {shortened(root, 40)}, x right, y forward, to x forward, y left")
+    if root in BASES:
+        mounting.notes.converted(f"axes of {root} are x forward, y left, z up already (REP-105)")
+        return np.eye(4)
+    said = f"axes of {shortened(root, 40)}, x right, y forward, to x forward, y left"
+    if _APOLLO.search(root.lower()):
+        mounting.notes.converted(said)
+    else:
+        mounting.notes.approximated(f"{said}: as those of Apollo's {_ROOTS}")
     return se3(VEHICLE_R_ROOT, np.zeros(3))
 
 
@@ -133,4 +150,6 @@ def _add(
 
 
 _AXLE = Origin("the origin", rear_axle_on_ground)
-APOLLO = Format("apollo", "Apollo calibration", YAML, recognises, read, has_folders=True, origin=_AXLE)
+APOLLO = Format(
+    "apollo", "Apollo calibration", YAML, recognises, read, has_folders=True, origin=_AXLE, harmless=UNUSED
+)

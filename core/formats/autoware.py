@@ -19,6 +19,7 @@ from riglens.core.formats.autoware_kit import (
     find_vehicle,
     kind_of_macro,
     kit_name,
+    vehicle_files,
 )
 from riglens.core.formats.base import Format
 from riglens.core.formats.frames import (
@@ -166,9 +167,8 @@ def write(rig: Rig, notes: Notes) -> dict[str, str]:
             continue
         notes.ignored("model, rays, lens and range: the format cannot express them", sensor.name)
     notes.converted(f"origin to the rear axle on the ground, {KIT} on the roof; angles to radians")
-    notes.ignored("vehicle: the format cannot express it")
     texts = {_PLACES[0]: _file_text(BASE, kit), _PLACES[1]: _file_text(KIT, children)}
-    return texts | infos
+    return texts | infos | vehicle_files(rig.vehicle, notes)
 
 
 def _lidar_frame(name: str) -> str:

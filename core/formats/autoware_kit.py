@@ -17,7 +17,7 @@ from riglens.core.formats.mounts import find_model
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Element, Source, Value
 from riglens.core.rig.model import Vehicle
-from riglens.core.rig.yaml.nodes import shortened, shown_path
+from riglens.core.rig.yaml.nodes import shortened, shown_path, value_text
 
 VEHICLE_INFO = "vehicle_info.param.yaml"
 _CALL = "xacro:"
@@ -138,3 +138,25 @@ def _vehicle(info: Source, notes: Notes) -> Vehicle | None:
         f"{VEHICLE_INFO}: {length:g} x {width:g} x {height:g} m, rear axle at x = {rear_axle_x:g} m from the middle"
     )
     return Vehicle(length=length, width=width, height=height, rear_axle_x=rear_axle_x)
+
+
+_SIDE = 0.08
+"""Share of the width beyond the middle of the tyres on each side: our choice."""
+
+
+def vehicle_files(vehicle: Vehicle, notes: Notes) -> dict[str, str]:
+    """Return vehicle_info.param.yaml, with which the rear axle comes back; none where the axle is off the vehicle."""
+    rear = vehicle.length / 2.0 + vehicle.rear_axle_x
+    front = min(rear, (vehicle.length - rear) / 2.0)
+    if rear < 0.0 or front < 0.0:
+        notes.ignored("vehicle: its rear axle is not between its ends", VEHICLE_INFO)
+        return {}
+    side = _SIDE * vehicle.width
+    lengths = (vehicle.length - rear - front, vehicle.width - 2.0 * side, front, rear, side, side)
+    numbers = dict(zip((*_LENGTHS, "vehicle_height"), (*lengths, vehicle.height), strict=True))
+    notes.written(f"{VEHICLE_INFO}: size and rear axle of the vehicle")
+    notes.approximated(
+        "wheel base and tread are not in the rig: the front overhangs like the rear", VEHICLE_INFO
+    )
+    lines = [f"    {name}: {value_text(round(number, 9))}" for name, number in numbers.items()]
+    return {VEHICLE_INFO: "\n".join(["/**:", "  ros__parameters:", *lines, ""])}

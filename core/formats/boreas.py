@@ -55,9 +55,9 @@ def read(source: Source, mounting: Mounting) -> Rig:
         value, p = quoted_matrix(lens, 4, 4)
         if p[0, 1] or p[:3, 3].any():
             value.refuse("a projection without skew and offset", "another one")
-        notes.approximated("image size not in the file: 2448 x 2048 pixels", "camera")
         pose = vehicle_SE3_lidar @ inverse(_transform(camera, notes))
-        mounting.add("camera", "camera", from_optical(pose), image=IMAGE, **pinhole(p))
+        image = mounting.unknown_image("camera", IMAGE, pinhole(p))
+        mounting.add("camera", "camera", from_optical(pose), image=image, **pinhole(p))
     if _beside(source, _RADAR):
         notes.ignored("neither camera nor LiDAR", "radar")
     notes.converted("from x right, y forward, and optical axes, through the LiDAR")

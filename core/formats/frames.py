@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
+from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Value
 from riglens.core.geometry import Pose, Vec3, rotation_from_rpy_deg, rpy_deg_from_rotation
 from riglens.core.rig.pose_text import quaternion_xyzw, rotation_from_quaternion
@@ -69,6 +70,11 @@ def is_optical(frame: str) -> bool:
     return "optical" in frame.lower()
 
 
+BASES = ("base_footprint", "base_link")
+"""Names of the vehicle's own frame in ROS: x forward, y left, z up (REP-105)."""
+_DOWN = -math.cos(math.radians(45.0))
+
+
 def without_ending(frame: str) -> str:
     """Return the name of the sensor whose frame this is: the frame's name without words such as `link`."""
     for ending in _ENDINGS:
@@ -117,6 +123,22 @@ def inverse(transform: Matrix) -> Matrix:
 def from_optical(parent_SE3_optical: Matrix) -> Matrix:
     """Return the transform of a camera's body from that of its optical frame."""
     return parent_SE3_optical @ se3(BODY_R_OPTICAL.T, (0.0, 0.0, 0.0))
+
+
+def camera_body(frame: str, vehicle_SE3_frame: Matrix, notes: Notes) -> Matrix:
+    """Return the transform of a camera's body from that of a frame, optical by its name or by how it stands.
+
+    A frame whose y axis points down is optical: as x forward, z up the camera would lie on its side.
+    """
+    if is_optical(frame):
+        return from_optical(vehicle_SE3_frame)
+    if vehicle_SE3_frame[2, 1] < _DOWN:
+        notes.approximated(
+            "its y axis points down: taken for an optical frame, z forward, though its name does not say so",
+            frame,
+        )
+        return from_optical(vehicle_SE3_frame)
+    return vehicle_SE3_frame
 
 
 def to_optical(parent_SE3_body: Matrix) -> Matrix:

@@ -1,4 +1,4 @@
-"""KITTI: calibration of the tracking and object benchmarks (one .txt) and of raw drives (calib_*.txt) (import).
+"""KITTI: calibration of tracking, object and odometry benchmarks (one .txt) and of raw drives (calib_*.txt) (import).
 
 Rectified camera 0 has optical axes. P0..P3 (3, 4) project its points into the four cameras: camera i stands at
 -K^-1 P[:, 3] and looks the same way. R0_rect and Tr_velo_to_cam lead from the Velodyne (x forward, y left, z up) to
@@ -29,7 +29,10 @@ PASSAT = Vehicle(body="sedan", length=4.77, width=1.82, height=1.52, rear_axle_x
 PASSAT_WORDS = "size of a VW Passat, the car of KITTI"
 RECTIFIED_IMAGE = (1242, 375)
 CAM_TO_CAM, VELO_TO_CAM = "calib_cam_to_cam.txt", "calib_velo_to_cam.txt"
-_VELO, _RECT = ("Tr_velo_to_cam", "Tr_velo_cam"), ("R0_rect", "R_rect")
+_VELO, _RECT = ("Tr_velo_to_cam", "Tr_velo_cam", "Tr"), ("R0_rect", "R_rect")
+"""`Tr` of odometry and SemanticKITTI leads from the Velodyne to rectified camera 0; they have no R0_rect."""
+UNUSED = "(R|P|S)_rect_0[0-9]|corner_dist|delta_[fc]|calib_time"
+"""Lines of raw drives: the rectified cameras beside the real ones, and how good the calibration is."""
 _MAX_LINES = 500
 Table = dict[str, Value]
 
@@ -62,14 +65,14 @@ def table_of(source: Source) -> Table:
     lines = source.text.splitlines()
     if len(lines) > _MAX_LINES:
         raise InputError(f"{source.where}: must be at most {_MAX_LINES} lines (got {len(lines)})")
-    table: Table = {}
+    table: dict[str, list[str]] = {}
     for line in lines:
         name, *words = line.replace(":", " ", 1).split()[:50] or [""]
         if name in table:
             raise InputError(f"{source.where}: {shortened(name)}: given twice")
         if name and len(line) < 5_000:
-            table[name] = Value(words, source.where, shortened(name))
-    return table
+            table[name] = words
+    return dict(source.value(table).items())
 
 
 def table_matrix(table: Table, names: tuple[str, ...], rows: int, columns: int) -> tuple[Value, Matrix]:
@@ -84,20 +87,19 @@ def table_matrix(table: Table, names: tuple[str, ...], rows: int, columns: int) 
 def _read_benchmark(table: Table, mounting: Mounting) -> None:
     """Read the rectified cameras of the tracking and object benchmarks."""
     notes = mounting.notes
-    velo, rect = table_matrix(table, _VELO, 3, 4), table_matrix(table, _RECT, 3, 3)
-    camera_SE3_velo = rigid_of(*velo, notes)
-    velo_SE3_rectified = inverse(rigid_of(*rect, notes) @ camera_SE3_velo)
+    camera_SE3_velo = rigid_of(*table_matrix(table, _VELO, 3, 4), notes)
+    if not (_VELO[-1] in table and table.keys().isdisjoint((*_VELO[:-1], *_RECT))):
+        camera_SE3_velo = rigid_of(*table_matrix(table, _RECT, 3, 3), notes) @ camera_SE3_velo
+    velo_SE3_rectified = inverse(camera_SE3_velo)
     for index in range(4):
         if f"P{index}" in table:
-            mounting.notes.approximated(
-                "image size not in the file: 1242 x 375 pixels, as rectified", f"cam{index}"
-            )
-            _add_projection(table[f"P{index}"], index, velo_SE3_rectified, RECTIFIED_IMAGE, mounting)
-    notes.ignored("IMU", *(name for name in table if name.startswith("Tr_imu")))
+            _add_projection(table[f"P{index}"], index, velo_SE3_rectified, None, mounting)
+    if imus := [name for name in table if name.startswith("Tr_imu")]:
+        notes.ignored("IMU", *imus)
 
 
 def _add_projection(
-    value: Value, index: int, velo_SE3_rectified: Matrix, image: tuple[int, int], mounting: Mounting
+    value: Value, index: int, velo_SE3_rectified: Matrix, image: tuple[int, int] | None, mounting: Mounting
 ) -> None:
     name = f"cam{index}"
     projection = np.array([word.number(quoted=True) for word in value.elements(12)]).reshape(3, 4)
@@ -109,7 +111,9 @@ def _add_projection(
         value.refuse("a projection matrix K [I | t]", "another matrix")
     centre = -np.linalg.solve(k, projection[:, 3])
     pose = velo_SE3_rectified @ se3(np.eye(3), centre)
-    mounting.add("camera", name, from_optical(pose), image=image, **pinhole(k))
+    lens: dict[str, Any] = pinhole(k)
+    lens["image"] = image or mounting.unknown_image(name, RECTIFIED_IMAGE, lens)
+    mounting.add("camera", name, from_optical(pose), **lens)
 
 
 def _read_raw(source: Source, mounting: Mounting) -> None:
@@ -140,11 +144,7 @@ def _add_rectified(table: Table, number: str, velo_SE3_camera0: Matrix, mounting
     rectify = rigid_of(*table_matrix(table, ("R_rect_00", "R_rect_0"), 3, 3), notes)
     velo_SE3_rectified = velo_SE3_camera0 @ inverse(rectify)
     notes.approximated(f"K_{number} not in the file: the rectified camera of P_rect_{number}", name)
-    image = RECTIFIED_IMAGE
-    if f"S_rect_{number}" in table:
-        image = image_size(table, f"S_rect_{number}")
-    else:
-        notes.approximated("image size not in the file: 1242 x 375 pixels, as rectified", name)
+    image = image_size(table, f"S_rect_{number}") if f"S_rect_{number}" in table else None
     _add_projection(table[f"P_rect_{number}"], int(number), velo_SE3_rectified, image, mounting)
 
 
@@ -175,5 +175,5 @@ def image_size(table: Table, name: str) -> tuple[int, int]:
 
 KITTI = Format(
     "kitti", "KITTI calibration", (".txt",), recognises, read, has_folders=True, vehicle=PASSAT, car=PASSAT_WORDS,
-    origin=Origin("the Velodyne", lambda _: VELODYNE_M),
+    origin=Origin("the Velodyne", lambda _: VELODYNE_M), harmless=UNUSED,
 )  # fmt: skip

@@ -19,6 +19,7 @@ from riglens.core.formats.frames import Matrix, from_optical, inverse
 from riglens.core.formats.kitti import (
     PASSAT,
     PASSAT_WORDS,
+    UNUSED,
     Table,
     image_size,
     raw_lens,
@@ -106,4 +107,5 @@ def _add(name: str, pose: Matrix, table: Table, lens: Source | None, mounting: M
 KITTI_360 = Format(
     "kitti-360", "KITTI-360 calibration", (".txt",), recognises, read, has_folders=True, vehicle=PASSAT,
     car=PASSAT_WORDS, origin=Origin("the IMU", lambda car: (car.rear_axle_x, 0.0, IMU_HEIGHT_M)),
+    harmless=f"{UNUSED}|camera_name",
 )  # fmt: skip

@@ -79,14 +79,10 @@ def _add_camera(name: str, value: Value, root_SE3_lidar: Matrix, mounting: Mount
         value.item("cam2img").refuse("a camera matrix with focal lengths", "another one")
     if projection[:, 3:].size:
         pose = pose @ se3(np.eye(3), -np.linalg.solve(k, projection[:, 3]))
-    mounting.add("camera", name, from_optical(pose), **_image(name, value, notes), **pinhole(k))
-
-
-def _image(name: str, value: Value, notes: Notes) -> dict[str, Any]:
-    if "width" in value and "height" in value:
-        return {"image": value.image()}
-    notes.approximated("image size not in the file: 1600 x 900 pixels", name)
-    return {"image": (1600, 900)}
+    lens: dict[str, Any] = pinhole(k)
+    has_size = "width" in value and "height" in value
+    lens["image"] = value.image() if has_size else mounting.unknown_image(name, (1600, 900), lens)
+    mounting.add("camera", name, from_optical(pose), **lens)
 
 
 MMDET3D = Format("mmdet3d", "MMDetection3D infos", (".json",), recognises, read)

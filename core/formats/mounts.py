@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -15,6 +15,7 @@ from pydantic import ValidationError
 from riglens.core.errors import InputError
 from riglens.core.formats.frames import Matrix, inverse, pose_from_se3, se3
 from riglens.core.formats.report import Notes
+from riglens.core.formats.source import MAX_PIXELS
 from riglens.core.geometry import Pose, Vec3
 from riglens.core.rig.library import Entry, default_library
 from riglens.core.rig.model import MAX_SENSORS, Rig, Sensor, Vehicle
@@ -24,6 +25,8 @@ from riglens.core.rig.yaml.problems import problem_text, problems
 from riglens.core.sensors.lidar import LIDAR
 from riglens.core.sensors.registry import AnyKind, kind_of, shown_kinds
 
+_FAR_FROM_MIDDLE = 0.12
+"""Share of an image's side that a principal point may be off its middle: real lenses stay within 0.06 (our choice)."""
 DEFAULT_LIDAR = "generic-16"
 _ASSUMED = {"lidar": DEFAULT_LIDAR, "radar": "generic-radar", "ultrasonic": "generic-ultrasonic"}
 """The library model of each kind that stands for an unknown one."""
@@ -134,6 +137,25 @@ class Mounting:
             complaint = problem_text(problems(error, data)[0], data)
             raise InputError(f"{self.where}: sensor '{shortened(unique)}': {complaint}") from error
 
+    def unknown_image(self, name: str, usual: tuple[int, int], lens: Mapping[str, Any]) -> tuple[int, int]:
+        """Return the image of a camera whose file has the lens alone: the usual one of the format.
+
+        Where that cannot be, the principal point being far from its middle, it is twice the principal point.
+        """
+        centre = lens.get("cx", usual[0] / 2.0), lens.get("cy", usual[1] / 2.0)
+        off = max(abs(at - side / 2.0) / side for at, side in zip(centre, usual, strict=True))
+        width, height = (max(1, min(MAX_PIXELS, round(2.0 * at))) for at in centre)
+        if off <= _FAR_FROM_MIDDLE or min(centre) <= 0.0:
+            width, height = usual
+            self.notes.approximated(f"image size not in the file: {width} x {height} pixels", name)
+        else:
+            self.notes.approximated(
+                f"image size not in the file: {width} x {height} pixels, twice the principal point, which does not fit "
+                f"the usual {usual[0]} x {usual[1]}",
+                name,
+            )
+        return width, height
+
     def unknown_lens(
         self, name: str, why: str = "lens and image not in the file", image: tuple[int, int] = (1600, 900)
     ) -> dict[str, Any]:
@@ -193,44 +215,75 @@ class Mounting:
 
 
 _OTHER_NAMES = {
-    "pandarqt": "hesai-qt64",
-    "pandargt": "hesai-pandargt",
-    "osdome": "ouster-osdome-128",
-    "rsm1": "robosense-m1",
-    "robosensem1": "robosense-m1",
-    "bpearl": "robosense-bpearl",
-    "rsbp": "robosense-bpearl",
-    "rs16": "robosense-rs-lidar-16",
-    "rs32": "robosense-rs-lidar-32",
-    "rsp128": "robosense-ruby-plus",
-    "helios": "robosense-helios-5515",
-    "livoxhorizon": "livox-horizon",
-    "livoxhap": "livox-hap",
-    "ars408": "continental-ars408-21",
+    "velodyne-vlp-16": "puck",
+    "velodyne-vlp-16-hires": "puckhires vlp16hires",
+    "velodyne-vlp-32c": "ultrapuck vlp32",
+    "velodyne-hdl-32e": "hdl32",
+    "velodyne-hdl-64e": "hdl64",
+    "velodyne-vls-128": "alphaprime alphapuck vlp128",
+    "hesai-pandar128e4x": "pandar128",
+    "hesai-qt64": "pandarqt pandarqt64",
+    "hesai-xt32": "pandarxt pandarxt32",
+    "hesai-xt16": "pandarxt16",
+    "hesai-xt32m": "pandarxtm xtm",
+    "hesai-at128": "at128p",
+    "hesai-atx": "atx",
+    "hesai-pandargt": "pandargt",
+    "ouster-osdome-128": "osdome",
+    "robosense-m1": "m1 lidarm1 rsm1",
+    "robosense-m2": "m2 lidarm2 rsm2",
+    "robosense-m3": "m3 lidarm3 rsm3",
+    "robosense-mx": "mx lidarmx rsmx",
+    "robosense-e1": "e1 lidare1 rse1",
+    "robosense-airy": "airy",
+    "robosense-bpearl": "bpearl bp",
+    "robosense-rs-lidar-16": "rs16",
+    "robosense-rs-lidar-32": "rs32",
+    "robosense-ruby-plus": "rubyplus rsp128 p128 ruby",
+    "robosense-helios-5515": "helios",
+    "livox-horizon": "horizon",
+    "livox-avia": "avia",
+    "livox-hap": "hap",
+    "continental-ars408-21": "ars408 ars40821",
+    "continental-ars540": "ars540",
 }
-"""Names of models in frames and macros, letters and digits alone, that do not hold the library's product name."""
+"""Other usual names of models, letters and digits alone and without the maker, in frames, macros and configurations."""
+_MOST_WORDS = 6
+_MAKERS = "velodyne|hesai|robosense|rslidar|rs|livox|ouster|continental|conti"
+_OTHER = {
+    name: re.compile(f"(?:{_MAKERS})*(?:{'|'.join(said.split())})") for name, said in _OTHER_NAMES.items()
+}
 
 
 def find_model(words: str, kind: str = "lidar") -> Entry | None:
-    """Return the sensor of the library that the words name ("VELO_VLP32C", "Hesai Pandar64"); the longest name wins."""
-    plain = _letters(words)
+    """Return the sensor of the library that the words name ("VELO_VLP32C", "Hesai Pandar64"); the longest name wins.
+
+    A name that goes on, as `helios_16p` and `mid_360s` do, is that of another model; a number such as `_1` counts
+    sensors.
+    """
+    runs = _runs_of_words(words)
     entries = default_library().entries(kind)
     exact = [entry for entry in entries if entry.name == words]
-    other_name = next((name for said, name in _OTHER_NAMES.items() if said in plain), None)
-    found = exact or [entry for entry in entries if _product(entry) in plain]
-    found = found or [entry for entry in entries if entry.name == other_name]
-    return max(found, key=lambda entry: len(_product(entry)), default=None)
+    found = exact or [entry for entry in entries if any(run.endswith(_product(entry)) for run in runs)]
+    if found:
+        return max(found, key=lambda entry: len(_product(entry)))
+    known = [entry for entry in entries if entry.name in _OTHER]
+    return next((entry for entry in known if any(map(_OTHER[entry.name].fullmatch, runs))), None)
+
+
+def _runs_of_words(text: str) -> list[str]:
+    """Return the letters and digits of words that follow each other, up to each that may end the name of a model."""
+    words = re.findall(r"[a-z0-9]+", re.sub(r"(?<=[a-z0-9])(?=[A-Z][a-z])", " ", text).lower())
+    goes_on = [bool(re.match(r"[0-9]{2}|[0-9]+[a-z]", word)) for word in [*words[1:], ""]]
+    ends = [place for place, more in enumerate(goes_on, 1) if not more]
+    return ["".join(words[start:end]) for end in ends for start in range(max(0, end - _MOST_WORDS), end)]
 
 
 def _product(entry: Entry) -> str:
     """Return the library name without the maker and without punctuation; a name without a number matches nothing."""
-    product = _letters(entry.name.partition("-")[2])
+    product = re.sub(r"[^a-z0-9]", "", entry.name.partition("-")[2].lower())
     is_telling = len(product) >= 4 and any(letter.isdigit() for letter in product)
     return product if is_telling else "\n"
-
-
-def _letters(words: str) -> str:
-    return re.sub(r"[^a-z0-9]", "", words.lower())
 
 
 def _numbered(base: str, number: int) -> str:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import hashlib
 import json
 from pathlib import Path
+from typing import Any
 
 from riglens.core.errors import InputError
 from riglens.core.formats.base import Format
@@ -23,7 +24,7 @@ from riglens.core.formats.frames import (
     wxyz_from_rotation,
 )
 from riglens.core.formats.lens_export import report_lens
-from riglens.core.formats.lenses import pinhole
+from riglens.core.formats.lenses import brown_conrady, pinhole
 from riglens.core.formats.lidar_points import Rings, rings_of, sweep_file
 from riglens.core.formats.mounts import (
     REAR_AXLE,
@@ -187,9 +188,12 @@ def _add_camera(
     k = row.item("camera_intrinsic").matrix(3, 3)
     if k[0, 1] != 0.0:
         mounting.notes.ignored("skew of the image axes", channel)
-    if size is None:
-        mounting.notes.approximated("image size not in the tables: 1600 x 900 pixels", channel)
-    mounting.add("camera", channel, from_optical(pose), image=size or IMAGE, **pinhole(k))
+    lens: dict[str, Any] = pinhole(k)
+    lens["image"] = size or mounting.unknown_image(channel, IMAGE, lens)
+    bend = row.get("camera_distortion")
+    if bend is not None:  # of nuImages and of tables by T4: k1 k2 p1 p2 k3, and perhaps k4
+        lens |= brown_conrady(bend, bend.numbers(), channel, mounting.notes)
+    mounting.add("camera", channel, from_optical(pose), **lens)
 
 
 def _add_unknown_lidar(channel: str, pose: Matrix, sweep: Path | None, mounting: Mounting) -> None:

@@ -33,6 +33,11 @@ from riglens.core.rig.yaml.nodes import shortened, value_text
 
 _MATRIX, _PROJECTION = "camera_matrix", "projection_parameters"
 _EXTRINSIC = re.compile(r"body_T_cam([0-9]{1,2})")
+_MATRICES = (_MATRIX, "cameraMatrix", "K", "k")
+_COEFFICIENTS = (
+    "distortion_coefficients", "D", "d", "dist_coeffs", "dist_coeff", "distCoeffs", "distortion_coeffs", "distortion",
+)  # fmt: skip
+"""Names under which calibrators and examples write the coefficients in OpenCV's order."""
 _FISHEYES = ("equidistant", "fisheye", "kannala_brandt")
 _BROWN = ("plumb_bob", "rational_polynomial", "radtan", "pinhole")
 _SIZES = (("image_width", "image_height"), ("width", "height"))
@@ -53,7 +58,7 @@ def _is_camera(root: Value) -> bool:
     is_message = {"width", "height"} <= root.raw.keys() and any(
         isinstance(root.raw.get(key), list | tuple) for key in "Kk"
     )
-    return _MATRIX in root or _PROJECTION in root or is_message
+    return any(key in root for key in (_MATRIX, "cameraMatrix", _PROJECTION)) or is_message
 
 
 def read(source: Source, mounting: Mounting) -> Rig:
@@ -110,23 +115,50 @@ def _beside(source: Source, key: str) -> Value | None:
 def read_lens(root: Value, name: str, notes: Notes) -> dict[str, Any]:
     """Return image and lens of a YAML mapping as OpenCV, ROS or VINS write it; raise InputError."""
     image = root.image(*next((keys for keys in _SIZES if keys[0] in root), _SIZES[0]))
-    lens = _vins(root, image, name, notes) if _PROJECTION in root else _ros(root, name, notes)
-    return {"image": image} | lens
+    if _PROJECTION in root:
+        return {"image": image} | _vins(root, image, name, notes)
+    return _windowed(root, {"image": image} | _ros(root, name, notes), name, notes)
+
+
+def _windowed(root: Value, lens: dict[str, Any], name: str, notes: Notes) -> dict[str, Any]:
+    """Return image and lens of the window (roi) that a CameraInfo says its pictures show, and of binned pixels.
+
+    The matrix is that of the whole sensor; a window of size 0 is the whole, binning by 0 or 1 none.
+    Source: sensor_msgs/CameraInfo.
+    """
+    width, height = lens["image"]
+    roi = root.get("roi")
+    if (
+        roi is not None
+        and roi.is_mapping
+        and all(roi.item(side, 0).number() > 0 for side in ("width", "height"))
+    ):
+        left, top = roi.field_numbers("x_offset", "y_offset")
+        width, height = roi.image()
+        lens |= {"cx": lens["cx"] - left, "cy": lens["cy"] - top}
+        notes.converted(f"roi: pictures show a window of {width} x {height} pixels", name)
+    steps = [max(1, root.item(key, 1).whole(0, 1_000)) for key in ("binning_x", "binning_y")]
+    for (focal, centre), step in zip((("fx", "cx"), ("fy", "cy")), steps, strict=True):
+        lens |= {focal: lens[focal] / step, centre: lens[centre] / step}
+    if max(steps) > 1:
+        notes.converted(f"binning: {steps[0]} x {steps[1]} pixels of the sensor are one of the picture", name)
+    return lens | {"image": (max(1, width // steps[0]), max(1, height // steps[1]))}
 
 
 def _ros(root: Value, name: str, notes: Notes) -> dict[str, Any]:
     """Return the lens of OpenCV and ROS: a matrix, and coefficients in OpenCV's order."""
-    k = _numbers(root, (_MATRIX, "K", "k"))
+    k = _numbers(root, _MATRICES)
     if k is None or len(k.elements()) != 9:
         root.refuse("a camera matrix of 9 numbers")
     fx, skew, cx, _, fy, cy, *_ = k.numbers(9)
     if skew:
         notes.ignored("skew of the image axes", name)
     lens: dict[str, Any] = {"fx": fx, "fy": fy, "cx": cx, "cy": cy}
-    coefficients = _numbers(root, ("distortion_coefficients", "D", "d"))
+    is_fisheye = "fisheye_model" in root and root.item("fisheye_model").number() != 0.0
+    model = root.item("distortion_model", "fisheye" if is_fisheye else "plumb_bob").text().lower()
+    coefficients = _numbers(root, _COEFFICIENTS)
     if coefficients is None or not coefficients.elements():
         return lens
-    model = root.item("distortion_model", "plumb_bob").text().lower()
     return lens | _distortion(model, coefficients, name, notes)
 
 
@@ -208,4 +240,6 @@ def camera_info_text(camera: Camera) -> str:
     return "\n".join([*lines, ""])
 
 
-OPENCV = Format("opencv", "OpenCV, ROS or VINS camera", YAML, recognises, read)
+UNUSED = "rectification_matrix|projection_matrix|[RPrp]|header|seq|stamp|camera_name|frame_id|do_rectify"
+"""Fields of a camera's file for rectified pictures, or that name something."""
+OPENCV = Format("opencv", "OpenCV, ROS or VINS camera", YAML, recognises, read, harmless=UNUSED)

@@ -115,14 +115,14 @@ class _Views:
         )
         return se3_from_rpy_rad(_three(position, "xyz"), _three(turn, ("roll", "pitch", "yaw")))
 
-    def angle_deg(self, name: str, most_deg: float, default_deg: float) -> float:
-        """Return a field of view in degrees; one that is left out is assumed and reported."""
+    def angle_deg(self, name: str, most_deg: float, default_deg: float, is_flat: bool = False) -> float:
+        """Return a field of view in degrees, which may be 0 if flat; one that is left out is assumed and reported."""
         found = self.get(name)
         if found is None:
             self.notes.approximated(f"{name} not in the file: assumed {default_deg:g} deg", self.name)
             return default_deg
         angle_deg = round(math.degrees(found.number(0.0, 2.0 * math.pi * (1.0 + 1e-9))), 9)
-        if not 0.0 < angle_deg <= most_deg:
+        if not (angle_deg > 0.0 or is_flat) or angle_deg > most_deg:
             found.refuse(f"above 0 and at most {most_deg:g} deg", f"{angle_deg:g} deg")
         return angle_deg
 
@@ -169,9 +169,9 @@ def _read_lidar(view: _Views) -> dict[str, Any]:
     if view.get("directions") is not None:
         view.notes.ignored("listed directions of rays: even ones over the field of view", view.name)
     wide_deg = view.angle_deg("field_of_view_horizontal", 360.0, 360.0)
-    high_deg = view.angle_deg("field_of_view_vertical", 180.0, 30.0)
     columns = view.count("number_of_rays_horizontal", MOST_RAYS, 1800)
     rows = view.count("number_of_rays_vertical", MOST_RAYS, 16)
+    high_deg = view.angle_deg("field_of_view_vertical", 180.0, 30.0, is_flat=rows == 1)
     view.notes.read("fields of view and numbers of rays", view.name)
     found["elevations_deg"] = LinearAngles(from_=-high_deg / 2.0, to=high_deg / 2.0, count=rows)
     found["azimuths_deg"] = LinearAngles(from_=-wide_deg / 2.0, to=wide_deg / 2.0, count=columns)
@@ -288,18 +288,18 @@ def _lidar(lidar: Lidar, notes: Notes) -> tuple[float, float, dict[str, int]]:
 
 
 def _sectored(sensor: Sectored, notes: Notes) -> tuple[float, float, dict[str, int]]:
-    """Return the symmetric fields of view in radians that hold every sector, and the numbers of rays."""
+    """Return the symmetric fields of view in radians that hold every sector, and the numbers of rays of a radar."""
     ends = [
         [abs(end) for s in sensor.sectors for end in getattr(s, name)]
         for name in ("azimuth_deg", "elevation_deg")
     ]
     wide_deg, high_deg = (2.0 * max(each) for each in ends)
-    notes.written("mounting position, field of view and numbers of rays", sensor.name)
+    notes.written("mounting position, field of view and range", sensor.name)
     what = "scans, cross sections and resolution" if sensor.kind == "radar" else "ranges by width"
     notes.ignored(f"{what}: OSI has one symmetric field of view and one range", sensor.name)
     columns, rows = sensor.resolution
     rays = {"number_of_rays_horizontal": columns, "number_of_rays_vertical": rows}
-    return math.radians(wide_deg), math.radians(high_deg), rays
+    return math.radians(wide_deg), math.radians(high_deg), rays if sensor.kind == "radar" else {}
 
 
 _VIEWS: dict[str, Callable[[Any, Notes], tuple[float, float, dict[str, int]]]] = {
@@ -311,5 +311,12 @@ _VIEWS: dict[str, Callable[[Any, Notes], tuple[float, float, dict[str, int]]]] =
 """Writers of a sensor, by kind."""
 _AXLE = Origin("the rear axle", lambda vehicle: (vehicle.rear_axle_x, 0.0, WHEEL_RADIUS_M))
 OSI = Format(
-    "osi", "ASAM OSI sensor view configuration (JSON)", (".json",), recognises, read, write, origin=_AXLE
+    "osi",
+    "ASAM OSI sensor view configuration (JSON)",
+    (".json",),
+    recognises,
+    read,
+    write,
+    origin=_AXLE,
+    harmless="version|generic.*",
 )

@@ -72,16 +72,15 @@ def _add(name: str, value: Value, mounting: Mounting) -> None:
             mounting.notes.converted("its own x right and y forward to x forward and y left", name)
         mounting.add("lidar", name, root_SE3_sensor, said=_MODELS.get(name))
         return
-    mounting.notes.approximated("image size not in the file: 1920 x 1080 pixels", name)
-    mounting.add(
-        "camera", name, from_optical(root_SE3_sensor), image=IMAGE, **_lens(intrinsic, name, mounting.notes)
-    )
+    lens = _lens(intrinsic, name, mounting.notes)
+    lens["image"] = mounting.unknown_image(name, IMAGE, lens)
+    mounting.add("camera", name, from_optical(root_SE3_sensor), **lens)
 
 
 def _lens(intrinsic: Value, name: str, notes: Notes) -> dict[str, Any]:
     """Return image and lens from K, a list of 9 row by row, and D in the order of OpenCV: k1 k2 p1 p2 k3."""
     k = intrinsic.item("K").numbers(9)
-    lens = {"fx": k[0], "fy": k[4], "cx": k[2], "cy": k[5]}
+    lens: dict[str, Any] = {"fx": k[0], "fy": k[4], "cx": k[2], "cy": k[5]}
     distortion = intrinsic.get("D")
     if distortion is None:
         return lens

@@ -8,16 +8,37 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from riglens.core.formats.frames import Matrix, SensorKind, se3_from_rpy_rad
+import numpy as np
+
+from riglens.core.formats.frames import (
+    Matrix,
+    SensorKind,
+    rotation_from_wxyz,
+    se3,
+    se3_from_rpy_deg,
+    se3_from_rpy_rad,
+)
+from riglens.core.formats.lenses import brown_conrady
 from riglens.core.formats.mounts import Mounting
-from riglens.core.formats.source import MAX_PIXELS, Element
+from riglens.core.formats.source import MAX_PIXELS, Element, Value
+from riglens.core.formats.unread import report_unread, unread_elements
 from riglens.core.rig.model import KannalaBrandt, LinearAngles
 from riglens.core.rig.yaml.nodes import shortened
 
 WIDE_ANGLE, EQUIDISTANT, PINHOLE = "wideanglecamera", "equidistant", "gnomonical"
 KINDS: dict[str, SensorKind] = {
     **dict.fromkeys(
-        ("camera", WIDE_ANGLE, "wide_angle_camera", "depth", "depth_camera", "rgbd_camera", "rgbd"), "camera"
+        (
+            "camera",
+            "multicamera",
+            WIDE_ANGLE,
+            "wide_angle_camera",
+            "depth",
+            "depth_camera",
+            "rgbd_camera",
+            "rgbd",
+        ),
+        "camera",
     ),
     **dict.fromkeys(("ray", "gpu_ray", "lidar", "gpu_lidar"), "lidar"),
     "sonar": "ultrasonic",
@@ -31,8 +52,15 @@ _PLUGINS: tuple[tuple[str, SensorKind], ...] = (
     ),
 )
 """Words in the file names of Gazebo's plugins, as in libgazebo_ros_camera.so and libgazebo_ros_velodyne_laser.so."""
-_RANGE_FINDER = "ros_range"
-"""libgazebo_ros_range.so publishes one distance (sensor_msgs/Range) of a sensor of type ray: a sonar, not a LiDAR."""
+_RANGE_FINDERS = ("ros_range", "ros_sonar")
+"""libgazebo_ros_range.so and libhector_gazebo_ros_sonar.so publish one distance of a sensor of type ray: a sonar."""
+_RANGE_MESSAGE = "range"
+"""Of ROS 2 the ray plugin says by its output type that it publishes one distance: sensor_msgs/Range."""
+_HARMLESS = (
+    "name|filename|topic|frame_name|topic_name|camera_name|visualize|format|save|ros|remapping|radiation|s"
+    "|scale_to_hfov|noise|always_on|update_rate|resolution"
+)
+"""Elements that change neither where a sensor stands nor what it sees; <resolution> is how ranges are interpolated."""
 _SHORT_M = 10.0
 """A single ray of no more than this is a sonar, too: our choice."""
 
@@ -49,8 +77,11 @@ def plugin_kind(holder: Element) -> SensorKind | None:
 
 def is_range_finder(sensor: Element) -> bool:
     """Return whether a sensor measures a single distance: as its plugin says, or with one ray of a few metres."""
-    if any(_RANGE_FINDER in plugin.attributes.get("filename", "") for plugin in sensor.all("plugin")):
-        return True
+    for plugin in sensor.all("plugin"):
+        output = plugin.first("output_type")
+        is_range = output is not None and output.text.strip().lower().rpartition("/")[2] == _RANGE_MESSAGE
+        if is_range or any(word in plugin.attributes.get("filename", "") for word in _RANGE_FINDERS):
+            return True
     lidar = sensor.first("lidar") or sensor.first("ray")
     scan = None if lidar is None else lidar.first("scan")
     if lidar is None or scan is None or scan.first("horizontal", "samples") is None:
@@ -62,7 +93,8 @@ def is_range_finder(sensor: Element) -> bool:
 
 def is_infrared(sensor: Element) -> bool:
     """Return whether a plugin of a range finder says that it measures by light."""
-    said = (plugin.first("radiation") for plugin in sensor.all("plugin"))
+    tags = ("radiation", "radiation_type")
+    said = (plugin.first(tag) for plugin in sensor.all("plugin") for tag in tags)
     return any(element is not None and "infrared" in element.text.lower() for element in said)
 
 
@@ -92,14 +124,40 @@ def numbers_in(element: Element, text: str, count: int) -> list[float]:
 def add_sdf_sensor(
     sensor: Element, kind: SensorKind, name: str, base_SE3_link: Matrix, mounting: Mounting
 ) -> None:
-    """Add Gazebo's sensor to the rig, with the pose that it has on its link."""
+    """Add Gazebo's sensor to the rig, with the pose that it has on its link; several cameras in one are several."""
     name = sensor.attributes.get("name") or name
-    pose = sensor.first("pose")
-    if pose is not None:
-        numbers = numbers_in(pose, pose.text, 6)
-        base_SE3_link = base_SE3_link @ se3_from_rpy_rad(numbers[:3], numbers[3:])
-    read = {"camera": _camera_fields, "ultrasonic": _sonar_fields}.get(kind, _lidar_fields)
-    mounting.add(kind, name, base_SE3_link, **read(sensor, name, mounting))
+    base_SE3_sensor = base_SE3_link @ _pose(sensor)
+    if kind == "camera":
+        cameras = [*sensor.all("camera")]
+        for camera in cameras:
+            own = f"{name}_{camera.attributes.get('name', 'camera')}" if len(cameras) > 1 else name
+            fields = _camera_fields(camera, own, mounting)
+            mounting.add(kind, own, base_SE3_sensor @ _pose(camera), **fields)
+        if not cameras:
+            mounting.add(kind, name, base_SE3_sensor, **mounting.unknown_lens(name))
+    else:
+        read = _sonar_fields if kind == "ultrasonic" else _lidar_fields
+        mounting.add(kind, name, base_SE3_sensor, **read(sensor, name, mounting))
+    sensor.attributes.get("type")
+    report_unread(unread_elements(sensor, name), mounting.notes, _HARMLESS)
+
+
+def _pose(holder: Element) -> Matrix:
+    """Return the <pose> of a sensor or camera: x y z, and roll pitch yaw in radians or degrees, or a quaternion."""
+    pose = holder.first("pose")
+    if pose is None:
+        return np.eye(4)
+    is_quaternion = pose.attributes.get("rotation_format", "euler_rpy") == "quat_xyzw"
+    numbers = numbers_in(pose, pose.text, 7 if is_quaternion else 6)
+    if is_quaternion:
+        x, y, z, w = numbers[3:]
+        return se3(
+            rotation_from_wxyz(Value(pose.text, f"{pose.where}:{pose.line}"), [w, x, y, z]),
+            np.array(numbers[:3]),
+        )
+    if pose.attributes.get("degrees", "false").strip().lower() in ("true", "1"):
+        return se3_from_rpy_deg((numbers[0], numbers[1], numbers[2]), (numbers[3], numbers[4], numbers[5]))
+    return se3_from_rpy_rad(numbers[:3], numbers[3:])
 
 
 def _number(root: Element, *path: str, default: float | None = None) -> float:
@@ -120,10 +178,7 @@ def _whole(root: Element, *path: str, most: int) -> int:
     return int(value)
 
 
-def _camera_fields(sensor: Element, name: str, mounting: Mounting) -> dict[str, Any]:
-    camera = sensor.first("camera")
-    if camera is None:
-        return mounting.unknown_lens(name)
+def _camera_fields(camera: Element, name: str, mounting: Mounting) -> dict[str, Any]:
     size = tuple(_whole(camera, "image", side, most=MAX_PIXELS) for side in ("width", "height"))
     fields: dict[str, Any] = {"image": size}
     intrinsics = camera.first("lens", "intrinsics")
@@ -133,9 +188,30 @@ def _camera_fields(sensor: Element, name: str, mounting: Mounting) -> dict[str, 
         fields |= _lens_of_type(camera, size[0], size[1], name, mounting)
     if camera.first("clip") is not None:
         fields["range_m"] = (_number(camera, "clip", "near", default=0.0), _number(camera, "clip", "far"))
-    if camera.first("distortion") is not None:
-        mounting.notes.ignored("lens distortion", name)
-    return fields
+    bend = camera.first("distortion")
+    return fields if bend is None else fields | _distortion(bend, fields, name, mounting)
+
+
+def _distortion(bend: Element, fields: dict[str, Any], name: str, mounting: Mounting) -> dict[str, Any]:
+    """Return the lens with k1 k2 p1 p2 k3, as OpenCV has them; the centre is a share of the image.
+
+    A field of view then is that of the pinhole that the distortion bends. Source: SDFormat specification, <distortion>.
+    """
+    numbers = [_number(bend, key, default=0.0) for key in ("k1", "k2", "p1", "p2", "k3")]
+    if not any(numbers):
+        return {}
+    if "distortion" in fields:
+        mounting.notes.ignored("lens distortion on top of a wide-angle lens", name)
+        return {}
+    bent = brown_conrady(Value(numbers, f"{bend.where}:{bend.line}"), numbers, name, mounting.notes)
+    if "fx" in fields:
+        return bent
+    width, height = fields["image"]
+    focal = width / 2.0 / math.tan(math.radians(fields["hfov_deg"]) / 2.0)
+    centre = bend.first("center")
+    share_x, share_y = (0.5, 0.5) if centre is None else numbers_in(centre, centre.text, 2)
+    fields.pop("hfov_deg")
+    return bent | {"fx": focal, "fy": focal, "cx": share_x * width, "cy": share_y * height}
 
 
 def _lens_of_type(

@@ -21,12 +21,12 @@ import numpy as np
 
 from riglens.core.formats.base import Format
 from riglens.core.formats.frames import (
+    BASES,
     FrameTree,
     Matrix,
     SensorKind,
-    from_optical,
+    camera_body,
     inverse,
-    is_optical,
     kind_of,
     pose_from_se3,
     se3_from_rpy_rad,
@@ -54,11 +54,14 @@ from riglens.core.formats.sdf_sensor import (
     plugin_kind,
 )
 from riglens.core.formats.source import Element, Source
+from riglens.core.formats.unread import report_unread, unread_elements
 from riglens.core.formats.xacro import expanded, is_xacro
 from riglens.core.geometry import Vec3
-from riglens.core.rig.model import Camera, KannalaBrandt, Lidar, Rig, Sensor
+from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt, Lidar, Rig, Sensor
 from riglens.core.rig.yaml.nodes import shortened
+from riglens.core.sensors.radar import Radar
 from riglens.core.sensors.registry import kind_of as kind_of_sensor
+from riglens.core.sensors.ultrasonic import Ultrasonic
 
 _OPTICAL_RPY = (-90.0, 0.0, -90.0)
 
@@ -68,7 +71,7 @@ def write(rig: Rig, notes: Notes) -> dict[str, str]:
     lines = ['<?xml version="1.0"?>', f"<robot name={_quoted(rig.name)}>", '  <link name="base_link"/>']
     for sensor in sensors_to_write(rig, notes, _GAZEBO):
         pose = pose_from_se3(root_SE3_body(sensor, rear_axle_on_ground(rig.vehicle)))
-        link = "base_sensor_link" if sensor.name == "base" else f"{sensor.name}_link"
+        link = _link_of(sensor)
         lines += _link("base_link", link, pose.position_m, pose.rpy_deg)
         lines += _gazebo(sensor, link, notes)
         if _quoted(sensor.name) != quoteattr(sensor.name):
@@ -77,6 +80,13 @@ def write(rig: Rig, notes: Notes) -> dict[str, str]:
     notes.ignored("vehicle: the format cannot express it")
     text = "\n".join([*lines, "</robot>", ""])
     return {"rig.urdf": text}
+
+
+def _link_of(sensor: Sensor) -> str:
+    """Return a link's name that is not the vehicle's and, where the name alone has to say it, tells the kind."""
+    link = "base_sensor_link" if sensor.name == "base" else f"{sensor.name}_link"
+    needs_kind = sensor.kind == "radar" and kind_of(link) != sensor.kind
+    return f"{sensor.name}/{sensor.kind}_link" if needs_kind else link
 
 
 def _quoted(text: str) -> str:
@@ -99,6 +109,8 @@ def _link(parent: str, child: str, position_m: Vec3, rpy_deg: Vec3) -> list[str]
 
 def _gazebo(sensor: Sensor, link: str, notes: Notes) -> list[str]:
     kind, inner, frame = _GAZEBO[sensor.kind](sensor, notes)
+    if not kind:
+        return []
     return [
         *(_link(link, f"{sensor.name}{frame}", (0.0, 0.0, 0.0), _OPTICAL_RPY) if frame else ()),
         f"  <gazebo reference={_quoted(link)}>",
@@ -135,15 +147,31 @@ def _lens(camera: Camera, notes: Notes) -> tuple[str, str]:
     """Return Gazebo's type of the camera and its <lens>: a matrix, or an equidistant fisheye."""
     if camera.hfov_deg is not None:
         return "camera", ""
-    is_fisheye = isinstance(camera.distortion, KannalaBrandt)
-    written = camera if camera.distortion is None else None if is_fisheye else pinhole_with_edges(camera)
+    bend = camera.distortion
+    is_fisheye = isinstance(bend, KannalaBrandt)
+    distortion = _distortion(bend) if isinstance(bend, BrownConrady) else ""
+    if bend is None or distortion:
+        written: Camera | None = camera
+    else:
+        written = None if is_fisheye else pinhole_with_edges(camera)
     if written is None:
         report_lens(camera, equidistant(camera), "an equidistant fisheye in the middle of its image", notes)
         return WIDE_ANGLE, f"<lens><type>{EQUIDISTANT}</type><scale_to_hfov>true</scale_to_hfov></lens>"
-    report_lens(camera, written, "a pinhole with the same edges", notes)
+    if distortion:
+        notes.written("lens distortion k1 k2 k3 p1 p2", camera.name)
+    else:
+        report_lens(camera, written, "a pinhole with the same edges", notes)
     values = zip(("fx", "fy", "cx", "cy"), written.intrinsics_px(), strict=True)
     inner = "".join(f"<{key}>{float(value)!r}</{key}>" for key, value in values)
-    return "camera", f"<lens><intrinsics>{inner}<s>0</s></intrinsics></lens>"
+    return "camera", f"<lens><intrinsics>{inner}<s>0</s></intrinsics></lens>{distortion}"
+
+
+def _distortion(bend: BrownConrady) -> str:
+    """Return <distortion>, which has no place for k4 to k6; empty for a lens with these."""
+    if any((bend.k4, bend.k5, bend.k6)):
+        return ""
+    inner = "".join(f"<{key}>{getattr(bend, key)!r}</{key}>" for key in ("k1", "k2", "k3", "p1", "p2"))
+    return f"<distortion>{inner}<center>0.5 0.5</center></distortion>"
 
 
 def _lidar(lidar: Lidar, notes: Notes) -> tuple[str, list[str], str]:
@@ -168,8 +196,45 @@ def _lidar(lidar: Lidar, notes: Notes) -> tuple[str, list[str], str]:
     )
 
 
-_GAZEBO: dict[str, Callable[[Any, Notes], tuple[str, list[str], str]]] = {"camera": _camera, "lidar": _lidar}
-"""Writers of a sensor, by kind."""
+def _radar(radar: Radar, notes: Notes) -> tuple[str, list[str], str]:
+    notes.written("link", radar.name)
+    notes.ignored("scans, cross sections and model: the format cannot express them", radar.name)
+    return "", [], ""
+
+
+def _ultrasonic(sensor: Ultrasonic, notes: Notes) -> tuple[str, list[str], str]:
+    """Return the fan of rays whose nearest distance Gazebo's plugin publishes as a sensor_msgs/Range."""
+    notes.written("link and Gazebo sensor", sensor.name)
+    if sensor.wall_range_m != sensor.pole_range_m:
+        notes.approximated(f"one range: that for a wall, {sensor.wall_range_m:g} m", sensor.name)
+    return (
+        "ray",
+        [
+            "<ray>",
+            "  <scan>",
+            *(f"    {line}" for line in _scan("horizontal", *sensor.azimuth_deg, _FAN)),
+            *(f"    {line}" for line in _scan("vertical", *sensor.elevation_deg, _FAN)),
+            "  </scan>",
+            f"  <range><min>{sensor.range_m[0]!r}</min><max>{sensor.wall_range_m!r}</max></range>",
+            "</ray>",
+            f'<plugin name={_quoted(sensor.name + "_range")} filename="libgazebo_ros_ray_sensor.so">',
+            "  <output_type>sensor_msgs/Range</output_type>",
+            "  <radiation_type>ultrasound</radiation_type>",
+            "</plugin>",
+        ],
+        "",
+    )
+
+
+_FAN = 9
+"""Rays in a row of a sonar's fan."""
+_GAZEBO: dict[str, Callable[[Any, Notes], tuple[str, list[str], str]]] = {
+    "camera": _camera,
+    "lidar": _lidar,
+    "radar": _radar,
+    "ultrasonic": _ultrasonic,
+}
+"""Writers of a sensor, by kind; a radar is a link alone, for which Gazebo has no sensor of its scans."""
 
 
 def _scan(axis: str, low_deg: float, high_deg: float, count: int) -> list[str]:
@@ -184,7 +249,6 @@ def _scan(axis: str, low_deg: float, high_deg: float, count: int) -> list[str]:
     ]
 
 
-BASES = ("base_footprint", "base_link")
 MAX_JOINTS = 2_000
 
 
@@ -234,19 +298,21 @@ def _joints(root: Element, notes: Notes) -> FrameTree:
         parent, child = joint.first("parent"), joint.first("child")
         if parent is None or child is None:
             raise joint.error("a joint needs <parent link=...> and <child link=...>")
-        tree.add(parent.attribute("link"), child.attribute("link"), _origin(joint))
+        tree.add(parent.attribute("link"), child.attribute("link"), _origin(joint, notes))
         if joint.attributes.get("type") != "fixed":
             notes.approximated("movable joint, taken at zero", joint.attributes.get("name", "?"))
     return tree
 
 
-def _origin(element: Element) -> Matrix:
-    origin = element.first("origin")
+def _origin(joint: Element, notes: Notes) -> Matrix:
+    origin = joint.first("origin")
     if origin is None:
         return np.eye(4)
-    return se3_from_rpy_rad(
+    pose = se3_from_rpy_rad(
         *(numbers_in(origin, origin.attributes.get(of, "0 0 0"), 3) for of in ("xyz", "rpy"))
     )
+    report_unread(unread_elements(origin, joint.attributes.get("name", "?")), notes)
+    return pose
 
 
 def _base(root: Element, tree: FrameTree) -> str:
@@ -335,7 +401,7 @@ def _add(found: _Found, base_SE3_link: Matrix, mounting: Mounting) -> None:
     elif found.kind != "camera":
         mounting.add(found.kind, name, base_SE3_link)
     else:
-        body = from_optical(base_SE3_link) if is_optical(found.link) else base_SE3_link
+        body = camera_body(found.link, base_SE3_link, mounting.notes)
         mounting.add("camera", name, body, **mounting.unknown_lens(name))
 
 

@@ -88,10 +88,19 @@ def test_a_lens_that_ends_inside_its_image_is_as_wide_as_what_it_sees() -> None:
 
 def test_urdf_has_a_pinhole_with_the_edges_of_a_bent_lens() -> None:
     lens = {**BENT, "fx": 600.0, "fy": 610.0, "cx": 380.0, "cy": 310.0}
-    own = camera("bent", LEVEL, **lens)
+    own = camera("bent", LEVEL, **{**lens, "distortion": BrownConrady(k1=-0.2, k4=0.01)})
     (back,) = again("urdf", rig_of(own)).sensors
     assert isinstance(back, Camera) and back.distortion is None
     assert extent(back) == pytest.approx(extent(own))
+
+
+def test_urdf_brings_back_a_bent_lens_bit_for_bit() -> None:
+    lens = {**BENT, "fx": 600.0, "fy": 610.0, "cx": 380.0, "cy": 310.0}
+    bend = BrownConrady(k1=-0.2, k2=0.03, p1=0.001, p2=-0.002, k3=0.01)
+    own = camera("bent", LEVEL, **{**lens, "distortion": bend})
+    (back,) = again("urdf", rig_of(own)).sensors
+    assert isinstance(back, Camera) and back.distortion == bend
+    assert back.intrinsics_px() == own.intrinsics_px()
 
 
 def test_urdf_brings_back_an_equidistant_fisheye() -> None:
