@@ -16,6 +16,7 @@ from riglens.core.geometry import Pose, triple
 from riglens.core.rig import library
 from riglens.core.rig.library import default_library
 from riglens.core.rig.model import Rig
+from riglens.core.rig.plausible import implausible
 from riglens.core.rig.presets import PRESETS
 from riglens.core.rig.yaml.file import load_rig, new_rig_file
 from riglens.core.sensors.base import Sensor
@@ -28,11 +29,12 @@ if TYPE_CHECKING:
 def open_rig(name_or_path: StrPath) -> Rig:
     """Open a preset by its name ("W+T"), a rig file, or a rig in another program's format, which is detected.
 
-    What another program's file leaves open or RigLens cannot say is reported as a `RigLensWarning`. Raises
-    InputError when there is no such preset or file, or when the file is wrong.
+    What another program's file leaves open or RigLens cannot say, and what is implausible about the rig, is reported
+    as a `RigLensWarning`. Raises InputError when there is no such preset or file, or when the file is wrong.
     """
     opened = open_any_rig(os.fspath(name_or_path))
     _warn_of_losses(opened.report)
+    _warn_of_doubts(opened.rig)
     return opened.rig
 
 
@@ -97,6 +99,7 @@ def convert(
     rig, read, written = converted(source, source_format, target, target_format, options)
     _warn_of_losses(read)
     _warn_of_losses(written)
+    _warn_of_doubts(rig)
     return rig
 
 
@@ -104,6 +107,11 @@ def _warn_of_losses(report: Report | None) -> None:
     if report is not None:
         for remark in (*report.of_kind("approximated"), *report.of_kind("ignored")):
             warn(f"{report.title}: {remark.kind}: {remark.sentence()}")
+
+
+def _warn_of_doubts(rig: Rig) -> None:
+    for line in implausible(rig):
+        warn(f"{rig.name}: {line}")
 
 
 # ---------------------------------------------------------------- sensor models

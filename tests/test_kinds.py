@@ -453,6 +453,7 @@ MAY_NAME_KINDS = {
     "core/figures/hits.py": "hit coverage is of LiDARs, 25 px of cameras",
     "core/optimise/makers.py": "heights in pictures are of cameras",
     "core/optimise/objectives.py": "S-MS is of LiDARs here",
+    "core/rig/plausible.py": "cameras lie on their side, LiDARs may be sonars",
     "core/sensors": "declares them",
     "core/simulate": "data sets have the LiDAR and camera channels of nuScenes",
     "core/study": "studies of the paper's methods, on its LiDARs and cameras",

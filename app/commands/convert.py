@@ -14,7 +14,7 @@ from riglens.core.files import require_apart, write_file
 from riglens.core.formats.exchange import format_called, format_for, writable
 from riglens.core.formats.mounts import ReadOptions
 from riglens.core.formats.opening import open_rig
-from riglens.evaluation.loading import note_report
+from riglens.evaluation.loading import note_doubts, note_report
 from riglens.evaluation.names import option_of
 from riglens.evaluation.options import Triple
 from riglens.jobs.converting import converted
@@ -74,6 +74,7 @@ def convert(
     rig, read, written = converted(source, from_, out, target.name, options)
     for found in (read, written):
         note_report(found, TERMINAL)
+    note_doubts(rig, TERMINAL)
     if report is not None:
         texts = (found.text(option_of) for found in (read, written) if found is not None)
         write_file(report, "\n".join(texts))

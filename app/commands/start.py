@@ -60,10 +60,11 @@ def _without_window(rig: str, scene: SceneOptions, score: ScoreOptions, problem:
     opened = open_rig(rig)
     print(f"no display: running headless ({problem})", file=sys.stderr)
     from riglens.app.terminal.console import TERMINAL, note
-    from riglens.evaluation.loading import note_report
+    from riglens.evaluation.loading import note_doubts, note_report
     from riglens.rendering.render import as_drawn
 
     note_report(opened.report, TERMINAL)
+    note_doubts(opened.rig, TERMINAL)
     beside = (preset(PAPER_RIG),) if rig == DEFAULT_RIG else ()
     prepare_drawing()
     rigs = [as_drawn(one, Path(rig).parent, note) for one in (opened.rig, *beside)]

@@ -12,6 +12,7 @@ from riglens.core.metric.scores import Body
 from riglens.core.monitor import Monitor
 from riglens.core.rig.library import use_libraries
 from riglens.core.rig.model import Rig
+from riglens.core.rig.plausible import implausible
 from riglens.core.scene.boxes import DataReport
 from riglens.core.scene.pog import Pog
 from riglens.core.sensing.rays import missing_ray_count
@@ -32,10 +33,20 @@ def note_report(report: Report | None, monitor: Monitor) -> None:
             monitor.note(f"{report.title}: {line}")
 
 
+def note_doubts(rig: Rig, monitor: Monitor) -> None:
+    """Note what is implausible about a rig that was read."""
+    for line in implausible(rig):
+        monitor.note(f"{rig.name}: {line}")
+
+
 def load_rig(name: str, monitor: Monitor) -> Rig:
-    """Open a preset, a rig file or a file of another program; note what could not be taken over as it was."""
+    """Open a preset, a rig file or a file of another program.
+
+    What could not be taken over as it was, and what is implausible, is noted.
+    """
     opened = open_rig(name)
     note_report(opened.report, monitor)
+    note_doubts(opened.rig, monitor)
     return opened.rig
 
 

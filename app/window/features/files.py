@@ -16,6 +16,7 @@ from riglens.app.window.workbench import Workbench
 from riglens.core.errors import InputError
 from riglens.core.formats.report import KINDS, Kind, OpenedRig, Report
 from riglens.core.rig.model import Rig
+from riglens.core.rig.plausible import implausible
 from riglens.core.rig.presets import PRESETS, preset
 from riglens.core.sensing.kept import RAYS
 from riglens.core.shown_text import visible
@@ -53,7 +54,10 @@ class Files(Feature):
         ):  # fmt: skip
             changed.connect(self._update_title)
         self.document.opened.connect(RAYS.forget)  # rays of a rig that is no longer open
+        self.document.opened.connect(self._show_doubts)
+        self._doubts = ""
         self._update_title()
+        self._show_doubts()
 
     def open(self) -> None:
         """Ask for a rig file, then about changes that would be lost, and open it."""
@@ -71,6 +75,15 @@ class Files(Feature):
             self.foreign_chosen.emit(source)
         else:
             self.bench.guarded(self._show)(source)
+
+    def _show_doubts(self) -> None:
+        """Show over the view what is implausible about the rig that was opened, in place of what was about the last."""
+        notes, before = self.bench.notes, self._doubts
+        self._doubts = "\n".join(implausible(self.document.rig))
+        if self._doubts:
+            notes.show_message(self._doubts)
+        elif before and notes.message == before:
+            notes.clear()
 
     def _show(self, source: Source) -> None:
         from riglens.core.formats.exchange import read_rig
