@@ -33,10 +33,10 @@ from riglens.core.scene.columns import VoxelIndex, words_in
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.limits import MAX_FRAMES, one_line, require_few_names
 from riglens.core.scene.pog import Pog, build_pog
-from riglens.core.scene.statistics import HEIGHT_STEPS, PLACES, SIZE_STEPS, BoxStatistics
+from riglens.core.scene.statistics import FLOWS, HEIGHT_STEPS, PLACES, SIZE_STEPS, BoxStatistics
 
 FORMAT = 1
-_KEPT = 2
+_KEPT = 3
 """Changes with what the cache must hold: POGs of before lack the statistics of their boxes."""
 _ACCEPTED = "a POG written by 'riglens data build'"
 MAX_HEADER_CHARS = 1 << 25
@@ -182,8 +182,12 @@ class _Statistics(BaseModel):
     placed: _Flat
     sizes: _Flat
     bottoms: _Flat
+    centres: _Flat = {}
+    flows: _Flat = {}
     frames: _Count
     most: _Count
+    repeated: _Count = 0
+    yaw_rad: Annotated[float, Field(ge=0.0, le=1e300)] = 0.0
     origin_m: Annotated[list[_Place], Field(min_length=3, max_length=3)] | None
     is_origin_known: bool
 
@@ -193,8 +197,12 @@ class _Statistics(BaseModel):
             _indexed(self.placed, PLACES),
             _indexed(self.sizes, 3 * SIZE_STEPS),
             _indexed(self.bottoms, HEIGHT_STEPS),
+            _indexed(self.centres, HEIGHT_STEPS),
+            _indexed(self.flows, len(FLOWS)),
             self.frames,
             self.most,
+            self.repeated,
+            self.yaw_rad,
             None if self.origin_m is None else triple(self.origin_m),
             self.is_origin_known,
         )

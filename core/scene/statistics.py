@@ -29,6 +29,11 @@ SIZE_STEPS, HEIGHT_STEPS, LOWEST_M = 4000, 4000, -20.0
 """Sizes from 0 and heights from LOWEST_M are tallied in steps of STEP_M; what lies beyond the ends counts there."""
 PLACES = len(SECTORS) * (len(RINGS_M) - 1)
 """Sectors and rings of a class."""
+FLOWS = ("ahead along", "ahead across", "beside along", "beside across", "oncoming left", "oncoming right")
+"""Cars that tell where a road runs: in the lane ahead and behind (within 4 m of the x axis) and beside the car, by
+whether they head along x or across; and those that head back in a neighbouring lane (2 to 12 m aside), by side."""
+_LANE_M, _ROAD_M = 4.0, 40.0
+_NEXT_LANE_M = (2.0, 12.0)
 
 
 @dataclass(frozen=True)
@@ -36,16 +41,21 @@ class BoxStatistics:
     """Numbers of boxes by flat index, the class always first.
 
     placed: by (class, sector, ring); sizes: by (class, edge, step), edges length, width, height; bottoms: those within
-    NEAR_M by (class, step of the height of their lower side). frames: with boxes; most: boxes in one frame. origin_m:
-    place of the source's origin in the vehicle frame, metres, None where members differ; is_origin_known: whether the
-    format fixes it.
+    NEAR_M by (class, step of the height of their lower side), and centres the same of their middle. flows: cars by
+    FLOWS. frames: with boxes; most: boxes in one frame; repeated: frames that equal the one before. yaw_rad: the
+    largest yaw as a table has it. origin_m: place of the source's origin in the vehicle frame, metres, None where
+    members differ; is_origin_known: whether the format fixes it.
     """
 
     placed: Counter[int] = field(default_factory=Counter)
     sizes: Counter[int] = field(default_factory=Counter)
     bottoms: Counter[int] = field(default_factory=Counter)
+    centres: Counter[int] = field(default_factory=Counter)
+    flows: Counter[int] = field(default_factory=Counter)
     frames: int = 0
     most: int = 0
+    repeated: int = 0
+    yaw_rad: float = 0.0
     origin_m: Vec3 | None = None
     is_origin_known: bool = False
 
@@ -56,18 +66,20 @@ class BoxStatistics:
         known = [one for one in listed if one is not None]
         if not known or len(known) < len(listed):
             return None
-        placed, sizes, bottoms = Counter[int](), Counter[int](), Counter[int]()
-        for one in known:
-            placed.update(one.placed)
-            sizes.update(one.sizes)
-            bottoms.update(one.bottoms)
         places = {one.origin_m for one in known}
+        placed, sizes, bottoms, centres, flows = (
+            _added(getattr(one, name) for one in known) for name in TALLIES
+        )
         return BoxStatistics(
             placed,
             sizes,
             bottoms,
+            centres,
+            flows,
             sum(one.frames for one in known),
             max(one.most for one in known),
+            sum(one.repeated for one in known),
+            max(one.yaw_rad for one in known),
             places.pop() if len(places) == 1 else None,
             all(one.is_origin_known for one in known),
         )
@@ -78,7 +90,10 @@ class BoxTally:
 
     def __init__(self) -> None:
         self._placed, self._sizes, self._bottoms = Counter[int](), Counter[int](), Counter[int]()
-        self._frames = self._most = 0
+        self._centres, self._flows = Counter[int](), Counter[int]()
+        self._frames = self._most = self._repeated = 0
+        self._last: tuple[int, float] | None = None
+        self.yaw_rad = 0.0
 
     def add(
         self,
@@ -91,7 +106,8 @@ class BoxTally:
         """Add boxes of whole frames, n of them, in the vehicle frame: the columns of a BoxBatch."""
         if not frame.size:
             return
-        per_frame = np.unique(frame, return_counts=True)[1]
+        _, first, per_frame = np.unique(frame, return_index=True, return_counts=True)
+        self._note_repeated(first, per_frame, centre_m)
         self._frames += per_frame.size
         self._most = max(self._most, int(per_frame.max()))
         which = cls.astype(np.int64)
@@ -105,11 +121,49 @@ class BoxTally:
         near = distance_m <= NEAR_M
         bottom_m = (z - rotation[:, 2, 2] * size_m[:, 2] / 2)[near]
         _count(self._bottoms, which[near] * HEIGHT_STEPS + _steps(bottom_m, LOWEST_M, HEIGHT_STEPS))
+        _count(self._centres, which[near] * HEIGHT_STEPS + _steps(z[near], LOWEST_M, HEIGHT_STEPS))
+        _count(self._flows, _flows(x, y, rotation[:, :, 0])[which == 0].ravel())
+        self._flows.pop(_NO_FLOW, None)
+
+    def _note_repeated(
+        self, first: NDArray[np.int64], per_frame: NDArray[np.int64], centre_m: NDArray[np.float64]
+    ) -> None:
+        """Count frames with exactly the boxes of the frame before; `first`: rows where frames begin."""
+        sums = np.add.reduceat(centre_m @ np.array([1.0, math.sqrt(2.0), math.sqrt(3.0)]), first)
+        marks = list(zip(per_frame.tolist(), sums.tolist(), strict=True))
+        before = [self._last, *marks[:-1]]
+        self._repeated += sum(one == other for one, other in zip(before, marks, strict=True))
+        self._last = marks[-1]
 
     def statistics(self, origin_m: Vec3 | None = None, is_origin_known: bool = False) -> BoxStatistics:
         """Return the statistics of the boxes added so far."""
-        tallies = self._placed, self._sizes, self._bottoms
-        return BoxStatistics(*tallies, self._frames, self._most, origin_m, is_origin_known)
+        tallies = self._placed, self._sizes, self._bottoms, self._centres, self._flows
+        numbers = self._frames, self._most, self._repeated, self.yaw_rad
+        return BoxStatistics(*tallies, *numbers, origin_m, is_origin_known)
+
+
+TALLIES = ("placed", "sizes", "bottoms", "centres", "flows")
+_NO_FLOW = len(FLOWS)
+
+
+def _added(tallies: Iterable[Counter[int]]) -> Counter[int]:
+    total = Counter[int]()
+    for tally in tallies:
+        total.update(tally)
+    return total
+
+
+def _flows(x: NDArray[np.float64], y: NDArray[np.float64], heading: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return the places of boxes in FLOWS (n, 2), _NO_FLOW for none; heading (n, 3): the direction of their length."""
+    across = np.abs(heading[:, 1]) > np.abs(heading[:, 0])
+    along_m, aside_m = np.abs(x), np.abs(y)
+    ahead = (aside_m < _LANE_M) & (along_m > _LANE_M) & (along_m < _ROAD_M)
+    beside = (along_m < _LANE_M) & (aside_m > _LANE_M) & (aside_m < _ROAD_M)
+    near, far = _NEXT_LANE_M
+    comes = ~across & (heading[:, 0] < 0.0) & (aside_m > near) & (aside_m < far) & (along_m < _ROAD_M)
+    lane = np.where(ahead, across, np.where(beside, 2 + across, _NO_FLOW))
+    side = np.where(comes, np.where(y > 0.0, 4, 5), _NO_FLOW)
+    return np.stack([lane, side], axis=1).astype(np.int64)
 
 
 def _steps(values_m: NDArray[np.float64], low_m: float, count: int) -> NDArray[np.int64]:

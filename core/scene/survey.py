@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from riglens.core.scene.boxes import CLASSES, BoxSource, DataReport, Progress
 from riglens.core.scene.statistics import (
+    FLOWS,
     HEIGHT_STEPS,
     LOWEST_M,
     NEAR_M,
@@ -157,7 +158,125 @@ def _off_the_ground(found: Survey) -> Doubt | None:
     return Doubt(f"the ground is not at z = 0 but at {ground.height_m:.2f} m", remedies)
 
 
-CHECKS: tuple[Callable[[Survey], Doubt | None], ...] = (_off_the_ground,)
+def _at_the_foot(found: Survey) -> Doubt | None:
+    """Doubt that z is the middle of boxes: of real traffic the lower sides agree better than the middles."""
+    tallies = found.statistics.centres, found.statistics.bottoms
+    middle_m, bottom_m = (_dense(one, (len(CLASSES), HEIGHT_STEPS)).sum(axis=0) for one in tallies)
+    if middle_m.sum() < _FEWEST_FEET:
+        return None
+    spread = [_quantile(one, LOWEST_M, 0.75) - _quantile(one, LOWEST_M, 0.25) for one in (middle_m, bottom_m)]
+    low_m = _quantile(bottom_m, LOWEST_M, 0.5)
+    if spread[0] >= _FOOT_SPREAD * spread[1] or low_m > -GROUND_IS_RIGHT_M:
+        return None
+    return Doubt(
+        f"z seems to be the foot of the boxes, not their middle: within {NEAR_M:g} m half of all z lie within "
+        f"{spread[0]:.2f} m, half of all lower sides within {spread[1]:.2f} m; add half the height to z"
+    )
+
+
+def _swapped(found: Survey) -> Doubt | None:
+    """Doubt that length and width are what they are called."""
+    length, width, _ = found.sizes_m[0].tolist()
+    if found.counts[0].sum() < FEWEST_BOXES or not length * _WIDER < width:
+        return None
+    return Doubt(
+        f"cars are wider than long (half of them {length:.2f} x {width:.2f} m or less): length and width are swapped, "
+        "as nuScenes writes w l h; rename the columns"
+    )
+
+
+def _sizes_off(found: Survey) -> Doubt | None:
+    """Doubt that sizes are whole edges in metres."""
+    for cls, (name, limits) in enumerate(zip(CLASSES, USUAL_M, strict=True)):
+        edges = found.sizes_m[cls].tolist()
+        if found.counts[cls].sum() < FEWEST_BOXES or (cls == 0 and edges[0] < edges[1]):
+            continue
+        if any(not low <= edge <= high for edge, (low, high) in zip(edges, limits, strict=True)):
+            shown = " x ".join(f"{edge:.2f}" for edge in edges)
+            return Doubt(
+                f"the middle {name} is {shown} m (length, width, height): half edges, as CARLA's extents are, another "
+                "unit, or another class"
+            )
+    return None
+
+
+def _degrees(found: Survey) -> Doubt | None:
+    """Doubt that yaw is in radians."""
+    yaw = found.statistics.yaw_rad
+    if yaw <= _FULL_TURN_RAD:
+        return None
+    return Doubt(
+        f"yaw reaches {yaw:g}, more than a full turn: it is read as radians; convert it if it is in degrees"
+    )
+
+
+def _turned(found: Survey) -> Doubt | None:
+    """Doubt that x points ahead, boxes lie along their lanes, and y points left."""
+    ahead_along, ahead_across, side_along, side_across, left, right = (
+        found.statistics.flows[place] for place in range(len(FLOWS))
+    )
+    ahead, side = ahead_along + ahead_across, side_along + side_across
+    across = ahead_across / max(ahead, 1) + side_across / max(side, 1)
+    is_ahead_turned = ahead >= FEWEST_BOXES and ahead_across > _ACROSS_ALONE * ahead
+    if is_ahead_turned or (min(ahead, side) >= _FEWEST_FLOW and across > _ACROSS):
+        return Doubt(
+            f"cars stand across the road ({ahead_across:,} of {ahead:,} in the lane ahead, {side_across:,} of {side:,} "
+            "beside the car along y): x does not point ahead, or yaw is turned by 90°"
+        )
+    if left + right >= _FEWEST_ONCOMING and left < _ONCOMING_LEFT * (left + right):
+        return Doubt(
+            f"oncoming cars keep to the right ({right:,} of {left + right:,}): left-hand traffic, or a y axis that "
+            "points right; then change the sign of y and yaw"
+        )
+    return None
+
+
+def _repeated(found: Survey) -> Doubt | None:
+    """Doubt that every frame is a new one."""
+    known = found.statistics
+    if known.frames < _FEWEST_FRAMES or known.repeated <= known.frames // 2:
+        return None
+    return Doubt(
+        f"{known.repeated:,} of {known.frames:,} frames equal the one before: they add nothing, and errors of the "
+        "figures are larger than stated"
+    )
+
+
+def _one_sided(found: Survey) -> Doubt | None:
+    """Doubt that the boxes of a data set of some size are labelled on every side."""
+    return one_sided(found) if found.counts.sum() >= _FEWEST_SIDES else None
+
+
+def one_sided(found: Survey) -> Doubt | None:
+    """Doubt that boxes are labelled on every side, however few there are."""
+    bare = found.bare_sectors()
+    if not bare:
+        return None
+    listed = ", ".join(f"{name} ({count:,})" for name, count in bare.items())
+    return Doubt(
+        f"almost no boxes {listed}: the data may not cover every side, and coverage there gains almost nothing"
+    )
+
+
+USUAL_M: tuple[tuple[tuple[float, float], ...], ...] = (
+    ((3.0, 12.0), (1.3, 3.2), (1.1, 4.2)),
+    ((0.9, 3.0), (0.3, 1.3), (0.8, 2.3)),
+    ((0.25, 1.6), (0.25, 1.3), (1.1, 2.2)),
+)
+"""Between which median length, width and height of each class lie in public data sets, with room to spare."""
+_FULL_TURN_RAD = 2.0 * math.pi + 0.01
+_WIDER = 1.1
+_FEWEST_FEET, _FOOT_SPREAD = 200, 0.95
+"""In KITTI and nuScenes the middles of near boxes spread 1.1 to 1.6 times as wide as their lower sides."""
+_FEWEST_FLOW, _ACROSS_ALONE, _ACROSS = 10, 0.6, 1.1
+"""Shares of cars that head across, in the lane and both directions together: KITTI 0.03, 0.13, nuScenes 0.3, 0.9."""
+_FEWEST_ONCOMING, _ONCOMING_LEFT = 30, 0.25
+"""Of oncoming cars in KITTI and nuScenes (Boston) nine in ten are on the left."""
+_FEWEST_FRAMES = 5
+_FEWEST_SIDES = 200
+CHECKS: tuple[Callable[[Survey], Doubt | None], ...] = (
+    _off_the_ground, _at_the_foot, _swapped, _sizes_off, _degrees, _turned, _repeated, _one_sided,
+)  # fmt: skip
 """Checks of plausibility; a new one is a function and its place here."""
 
 

@@ -11,7 +11,7 @@ from typing import Any
 from riglens.core.rig.model import FORMAT_VERSION
 from riglens.core.scene.boxes import CLASSES, Progress
 from riglens.core.scene.statistics import RINGS_M, SECTORS
-from riglens.core.scene.survey import Advice, Ground, Survey, doubts, survey
+from riglens.core.scene.survey import Advice, Ground, Survey, doubts, one_sided, survey
 from riglens.evaluation.names import argument_with
 from riglens.evaluation.options import SceneOptions
 from riglens.evaluation.scenario import boxes_of
@@ -49,15 +49,9 @@ class Described:
         }
 
     def warnings(self, advice: Advice = argument_with) -> Iterator[str]:
-        """Yield warnings on directions without boxes, and on what is implausible, with remedies as `advice` calls
-        them."""
-        bare = self.survey.bare_sectors()
-        if bare:
-            listed = ", ".join(f"{name} ({count:,})" for name, count in bare.items())
-            yield (
-                f"almost no boxes {listed}: the data may not cover every side, and coverage there gains almost nothing"
-            )
-        for doubt in doubts(self.survey.data):
+        """Yield what is implausible about the data, with remedies as `advice` calls them."""
+        found, sides = doubts(self.survey.data), one_sided(self.survey)
+        for doubt in found if sides is None or sides in found else [sides, *found]:
             yield doubt.sentence(advice)
 
 

@@ -17,6 +17,7 @@ from riglens.core.errors import InputError
 from riglens.core.scene.boxes import CLASSES, BoxBatch
 from riglens.core.scene.readers import open_boxes
 from riglens.core.scene.readers.common import join
+from riglens.core.scene.survey import doubts
 
 HEADER = "seq,frame,cls,x,y,z,length,width,height,yaw"
 ROW = "a,{frame},{cls},1.5,-2,0.75,4.5,1.8,1.5,0.5"
@@ -310,10 +311,11 @@ def test_parquet_columns_of_the_wrong_type_and_missing_values_are_named(tmp_path
     assert message(path).startswith(f"{path}: row 2: column 'x': ")
 
 
-def test_a_yaw_in_degrees_is_pointed_out(tmp_path: Path) -> None:
-    source = open_boxes(write_csv(tmp_path, table("a,0,car,1,2,3,4,5,6,90")))
-    list(source.batches())
-    assert source.report().notes == ("yaw reaches 90, more than a full turn: yaw is taken as radians",)
+def test_a_yaw_in_degrees_is_doubted(tmp_path: Path) -> None:
+    for yaw, facts in ((6.2, 0), (90, 1)):
+        source = open_boxes(write_csv(tmp_path, table(f"a,0,car,1,2,3,4,5,6,{yaw}")))
+        list(source.batches())
+        assert len([doubt for doubt in doubts(source.report()) if "radians" in doubt.fact]) == facts
 
 
 @pytest.mark.parametrize("name", ["boxes.csv", "boxes.parquet", "boxes.csv.gz", "picture.png"])

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.scene.readers import open_boxes
 from riglens.core.scene.statistics import RINGS_M, SECTORS, BoxStatistics, BoxTally
 from riglens.core.scene.survey import doubts, survey
 from tests.core.builders import Boxes, boxes_of
@@ -147,3 +149,99 @@ def test_bottoms_with_one_height_crowd_around_it() -> None:
         rows = [(n, 0, (5.0, 1.0, float(z) + CAR[2] / 2), CAR, 0.0) for n, z in enumerate(bottom)]
         ground = survey(boxes_of(*rows, frames=2000)).ground
         assert ground is not None and ground.is_certain and len(ground.peaks_m) == 1
+
+
+# ---------------------------------------------------------------- plausibility
+
+
+def road(seed: int = 1, frames: int = 60) -> Boxes:
+    """Traffic of the right-hand side on a road along x: lanes ahead and behind, oncoming cars, parked ones, people."""
+    random = np.random.default_rng(seed)
+    rows = []
+    for frame in range(frames):
+        cars = [
+            (random.uniform(6, 40) * random.choice([-1, 1]), random.normal(0, 0.3), 0.0) for _ in range(3)
+        ]
+        cars += [(random.uniform(-40, 40), 3.5 + random.normal(0, 0.3), math.pi) for _ in range(3)]
+        cars += [(random.normal(0, 1.0), random.uniform(8, 40) * random.choice([-1, 1]), 0.0)]
+        for x, y, yaw in cars:
+            height = random.choice([1.4, 1.5, 1.7, 3.2])
+            size = (random.uniform(3.8, 5.0), random.uniform(1.7, 2.0), height)
+            rows.append(
+                (frame, 0, (x, y, height / 2 + random.normal(0, 0.03)), size, yaw + random.normal(0, 0.05))
+            )
+        for _ in range(3):
+            height = random.uniform(1.0, 2.0)
+            place = (random.uniform(-15, 15), random.choice([-6, 6]) + random.normal(0, 0.3), height / 2)
+            rows.append((frame, 2, place, (0.7, 0.6, height), random.uniform(-3, 3)))
+    return boxes_of(*rows, frames=frames)
+
+
+def turn(boxes: Boxes, matrix: list[list[float]]) -> Boxes:
+    """Boxes in other axes: places and rotations are multiplied by a matrix."""
+    axes = np.array(matrix)
+    return replace(boxes, centre_m=boxes.centre_m @ axes.T, rotation=axes @ boxes.rotation)
+
+
+SPOILED = {
+    "shifted": ("the ground is not at z = 0", lambda b: replace(b, centre_m=b.centre_m - [0.0, 0.0, 2.3])),
+    "swapped": ("length and width are swapped", lambda b: replace(b, size_m=b.size_m[:, [1, 0, 2]])),
+    "half edges": ("half edges", lambda b: replace(b, size_m=b.size_m / 2, centre_m=b.centre_m * [1, 1, 0.5])),
+    "turned": ("across the road", lambda b: turn(b, [[0, -1, 0], [1, 0, 0], [0, 0, 1]])),
+    "turned to the right": ("across the road", lambda b: turn(b, [[0, 1, 0], [-1, 0, 0], [0, 0, 1]])),
+    "yaw turned": (
+        "across the road",
+        lambda b: replace(b, rotation=b.rotation @ np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])),
+    ),
+    "mirrored": ("a y axis that points right", lambda b: turn(b, [[1, 0, 0], [0, -1, 0], [0, 0, 1]])),
+    "ahead": (
+        "may not cover every side",
+        lambda b: replace(b, centre_m=b.centre_m * [0.0, 0.1, 1.0] + [25.0, 0.0, 0.0]),
+    ),
+    "one frame again and again": (
+        "equal the one before",
+        lambda b: replace(
+            b, **{name: np.tile(getattr(b, name)[:10], (6,) + (1,) * (getattr(b, name).ndim - 1)) for name in COLUMNS},
+            frame=np.repeat(np.arange(6), 10), frames=6,
+        ),
+    ),
+}  # fmt: skip
+COLUMNS = ("cls", "centre_m", "size_m", "rotation")
+
+
+def test_sound_boxes_are_not_doubted() -> None:
+    for seed in range(20):
+        assert doubts(road(seed).report()) == []
+
+
+@pytest.mark.parametrize("case", SPOILED)
+def test_spoiled_boxes_are_doubted(case: str) -> None:
+    said, spoil = SPOILED[case]
+    facts = [doubt.fact for doubt in doubts(spoil(road()).report())]
+    assert any(said in fact for fact in facts) and all("\n" not in fact for fact in facts)
+
+
+def test_boxes_given_by_their_foot_are_doubted() -> None:
+    boxes = road()
+    foot = replace(boxes, centre_m=boxes.centre_m - np.outer(boxes.size_m[:, 2] / 2, [0.0, 0.0, 1.0]))
+    assert any("the foot of the boxes" in doubt.fact for doubt in doubts(foot.report()))
+
+
+@pytest.mark.parametrize(
+    "case", ["shifted", "swapped", "turned", "turned to the right", "yaw turned", "mirrored"]
+)
+@pytest.mark.parametrize("name", ["kitti_tracking_velo", "nuscenes_mini_val_ego"])
+def test_real_boxes_are_doubted_only_where_they_are_spoiled(shared_data: Path, name: str, case: str) -> None:
+    path = shared_data / "boxes" / f"{name}.csv.gz"
+    if not path.is_file():
+        pytest.skip("the real boxes are not on this machine")
+    source = open_boxes(path, (0.4, 0.0, 1.73) if name.startswith("kitti") else (-1.35, 0.0, 0.0))
+    batches = list(source.batches())
+    columns = {
+        column: np.concatenate([getattr(one, column) for one in batches]) for column in ("frame", *COLUMNS)
+    }
+    boxes = Boxes(**columns, frames=source.report().frames)
+    sides = "may not cover every side"  # KITTI has boxes ahead only
+    assert [doubt for doubt in doubts(boxes.report()) if sides not in doubt.fact] == []
+    said, spoil = SPOILED[case]
+    assert any(said in doubt.fact for doubt in doubts(spoil(boxes).report()))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -14,8 +13,6 @@ from riglens.core.scene.readers.classes import UNMAPPED
 from riglens.core.scene.readers.common import BoxOptions, FileBoxSource, Tally
 from riglens.core.scene.readers.frames import FrameCounter, RowError, WholeFrames
 from riglens.core.scene.readers.rows import BOX_COLUMNS, ParquetFile, Rows, check_numbers, open_rows
-
-_FULL_TURN_RAD = 2 * math.pi + 0.01
 
 
 class TableSource(FileBoxSource):
@@ -52,8 +49,7 @@ class TableSource(FileBoxSource):
             yield from whole.push(batch, counter.count - 1)
         tally.named = [counter.labels()]
         yield from whole.flush()
-        if largest_yaw > _FULL_TURN_RAD:
-            tally.notes.append(f"yaw reaches {largest_yaw:g}, more than a full turn: yaw is taken as radians")
+        tally.statistics.yaw_rad = largest_yaw
         progress(1.0)
 
     def _boxes(self, rows: Rows, counter: FrameCounter, tally: Tally) -> tuple[BoxBatch, float]:

@@ -171,7 +171,7 @@ def test_options_that_the_panel_does_not_show_stay_with_their_data_set() -> None
     before = SceneOptions(
         boxes, classes=("tram=car",), find_ground=True, surroundings=True, occluders=occluders
     )
-    choice = SceneChoice(boxes, voxel_m=0.2)
+    choice = SceneChoice(boxes, find_ground=True, voxel_m=0.2)
     assert options_of(choice, before) == replace(before, voxel_m=0.2, roi_m=choice.roi_m)
     other = SceneChoice(Path("other.csv"), voxel_m=0.2)
     assert options_of(other, before) == SceneOptions(other.boxes, voxel_m=0.2, roi_m=other.roi_m)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QComboBox, QPushButton, QWidget
+from PySide6.QtWidgets import QCheckBox, QComboBox, QPushButton, QWidget
 
 from riglens.core.errors import InputError
 from riglens.core.geometry import Vec3
@@ -30,6 +30,8 @@ VOXEL_TIP = (
 class SceneChoice:
     """Choice of a scene; `boxes` None is the bundled scenario, `frames` None counts those of the data set.
 
+    `find_ground` puts the ground of box data at z = 0.
+
     `voxel_m` None chooses it by the scores. A stored POG (`pog`) fixes boxes and grid: it can only be replaced
     by other boxes.
     """
@@ -37,6 +39,7 @@ class SceneChoice:
     boxes: Path | None = None
     origin_m: Vec3 = (0.0, 0.0, 0.0)
     frames: int | None = None
+    find_ground: bool = False
     voxel_m: float | None = DEFAULT_VOXEL_M
     roi_m: Vec3 = DEFAULT_ROI_M
     pog: Path | None = None
@@ -89,7 +92,9 @@ class ScenePanel(Form):
 
     def choose_boxes(self, boxes: Path | None, origin_m: Vec3 = (0.0, 0.0, 0.0)) -> None:
         """Take another data set with its own origin; settings of the old one are dropped."""
-        self.show_subject(self.choice.replace(boxes=boxes, origin_m=origin_m, frames=None, pog=None))
+        self.show_subject(
+            self.choice.replace(boxes=boxes, origin_m=origin_m, frames=None, find_ground=False, pog=None)
+        )
 
     def set_loaded(self, choice: SceneChoice, summary: str, picked: str = "", tried: str = "") -> None:
         """Show the current data, and why their voxel edge was chosen: a sentence, and the edges tried."""
@@ -128,6 +133,13 @@ class ScenePanel(Form):
         self.add_row("", buttons)
         tip = "Origin of the data set in the vehicle frame, m (nuScenes ego: -1.35 0 0)."
         self._add_triple("Origin (m)", "origin_m", "xyz", tip)
+        ground = QCheckBox("Put at z = 0")
+        ground.setAccessibleName("Ground")
+        ground.setObjectName("find_ground")
+        self.add_row(
+            "Ground", [ground], "Estimate the ground from the bottoms of near boxes, and put it at z = 0."
+        )
+        self.bind_check(ground, lambda c: c.find_ground, _write_ground, "find_ground")
         frames = IntegerEdit(is_optional=True)
         frames.setPlaceholderText("as in the data")
         frames.setAccessibleName("Frames")
@@ -175,6 +187,12 @@ class ScenePanel(Form):
         self._voxel.setCurrentText(AUTO if subject.voxel_m is None else full_number(subject.voxel_m))
         is_other = subject != self._loaded or subject.voxel_m is None
         self._load.setEnabled(is_other or self._is_nothing_loaded)
+
+
+def _write_ground(choice: SceneChoice, find_ground: bool) -> SceneChoice:
+    if find_ground and choice.boxes is None:
+        raise InputError("applies to a box data set, not to the bundled town or a stored POG")
+    return choice.replace(find_ground=find_ground)
 
 
 def _write_frames(choice: SceneChoice, frames: int | None) -> SceneChoice:
