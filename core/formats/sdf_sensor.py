@@ -21,7 +21,7 @@ from riglens.core.formats.frames import (
 from riglens.core.formats.lenses import brown_conrady
 from riglens.core.formats.mounts import Mounting
 from riglens.core.formats.source import MAX_PIXELS, Element, Value
-from riglens.core.formats.unread import report_unread, unread_elements
+from riglens.core.formats.unread import report_unread
 from riglens.core.rig.model import KannalaBrandt, LinearAngles
 from riglens.core.rig.yaml.nodes import shortened
 
@@ -139,7 +139,7 @@ def add_sdf_sensor(
         read = _sonar_fields if kind == "ultrasonic" else _lidar_fields
         mounting.add(kind, name, base_SE3_sensor, **read(sensor, name, mounting))
     sensor.attributes.get("type")
-    report_unread(unread_elements(sensor, name), mounting.notes, _HARMLESS)
+    report_unread(sensor.unread(name), mounting.notes, _HARMLESS)
 
 
 def _pose(holder: Element) -> Matrix:

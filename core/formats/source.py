@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
-from riglens.core.formats.unread import Key, Reads
+from riglens.core.formats.unread import Key, Reads, Unread
 from riglens.core.geometry import Vec3
 from riglens.core.reading_time import MAX_RIG_S, ReadingTime
 from riglens.core.rig.yaml.nodes import parse_yaml, plain_value, read_text, shortened, shown_path
@@ -247,6 +247,20 @@ class Element:
             element = waiting.pop()
             yield element
             waiting.extend(element.children)
+
+    def unread(self, parent: str) -> Iterator[Unread]:
+        """Yield the attributes and elements inside that were not used; `parent` says what the element is of."""
+        for name, value in self.attributes.items():
+            if name not in self.attributes.used and not name.startswith("xmlns"):
+                yield Unread(parent, name, shortened(value, 60))
+        for child in self.children:
+            if child.is_used:
+                yield from child.unread(parent)
+            else:
+                parts = [f"{one.tag} {one.words.strip()}".strip() for one in child.walk() if one is not child]
+                words = " ".join(child.words.split()) or "; ".join(parts)
+                said = words or " ".join(child.attributes.values()) or "given"
+                yield Unread(parent, child.tag, shortened(said, 60))
 
     def all(self, tag: str) -> Iterator[Element]:
         """Yield the children of that tag."""

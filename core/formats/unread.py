@@ -9,13 +9,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from riglens.core.formats.report import Notes
 from riglens.core.rig.yaml.nodes import shortened
-
-if TYPE_CHECKING:
-    from riglens.core.formats.source import Element
 
 Key = str | int
 MOST = 30
@@ -131,20 +128,6 @@ def report_unread(found: Iterator[Unread], notes: Notes, harmless: str = "") -> 
         names = list(dict.fromkeys(more))
         rest = [f"{len(names) - MOST} more"] if len(names) > MOST else []
         notes.ignored("other fields are not used", *names[:MOST], *rest)
-
-
-def unread_elements(element: Element, parent: str) -> Iterator[Unread]:
-    """Yield the attributes and elements inside an XML element that were not used."""
-    for name, value in element.attributes.items():
-        if name not in element.attributes.used and not name.startswith("xmlns"):
-            yield Unread(parent, name, shortened(value, 60))
-    for child in element.children:
-        if child.is_used:
-            yield from unread_elements(child, parent)
-        else:
-            parts = [f"{one.tag} {one.words.strip()}".strip() for one in child.walk() if one is not child]
-            said = " ".join(child.words.split()) or "; ".join(parts) or " ".join(child.attributes.values())
-            yield Unread(parent, child.tag, shortened(said, 60) or "given")
 
 
 def _words(name: str) -> str:

@@ -54,7 +54,7 @@ from riglens.core.formats.sdf_sensor import (
     plugin_kind,
 )
 from riglens.core.formats.source import Element, Source
-from riglens.core.formats.unread import report_unread, unread_elements
+from riglens.core.formats.unread import report_unread
 from riglens.core.formats.xacro import expanded, is_xacro
 from riglens.core.geometry import Vec3
 from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt, Lidar, Rig, Sensor
@@ -311,7 +311,7 @@ def _origin(joint: Element, notes: Notes) -> Matrix:
     pose = se3_from_rpy_rad(
         *(numbers_in(origin, origin.attributes.get(of, "0 0 0"), 3) for of in ("xyz", "rpy"))
     )
-    report_unread(unread_elements(origin, joint.attributes.get("name", "?")), notes)
+    report_unread(origin.unread(joint.attributes.get("name", "?")), notes)
     return pose
 
 
