@@ -451,6 +451,7 @@ MAY_NAME_KINDS = {
     "core/formats": "each format has its own words for each kind",
     "core/metric/scores.py": "the two kinds of the paper have accessors of their own",
     "core/figures/hits.py": "hit coverage is of LiDARs, 25 px of cameras",
+    "core/figures/predicted.py": "predicted AP is of LiDARs and of cameras",
     "core/optimise/makers.py": "heights in pictures are of cameras",
     "core/optimise/objectives.py": "S-MS is of LiDARs here",
     "core/rig/plausible.py": "cameras lie on their side, LiDARs may be sonars",
