@@ -127,7 +127,9 @@ def main() -> None:
     (DATA / "detection-placements.csv").write_text(csv_text(placements(engine, scene)), encoding="utf-8")
     (IMAGES / "study-detection.png").write_bytes(chart(result))
     renew(
-        "detection-cameras", Study(entrants(camera_rigs(), True), CAMERA_PROTOCOL, traffic, machine), engine
+        "detection-cameras",
+        Study(entrants(camera_rigs(), "lidars and cameras"), CAMERA_PROTOCOL, traffic, machine),
+        engine,
     )
 
 

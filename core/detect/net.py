@@ -9,15 +9,24 @@ but from the seed.
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.detect.panorama import PLACE_M, RANGE, Panorama
-from riglens.core.detect.pillars import ACROSS_X, ACROSS_Y, FEATURES, Region, Sample, Samples, wanted
+from riglens.core.detect.pillars import (
+    ACROSS_X,
+    ACROSS_Y,
+    FEATURES,
+    Region,
+    Sample,
+    Samples,
+    Target,
+    wanted,
+)
 from riglens.core.detect.precision import Detections
 from riglens.core.errors import InputError
 from riglens.core.scene.boxes import CLASSES
@@ -27,7 +36,7 @@ State = dict[str, NDArray[Any]]
 """State of a training: weights, running means, moments of the optimiser, and progress."""
 
 WIDTHS = (16, 32, 64)
-_ANSWERS = len(CLASSES) + 2
+ANSWERS = len(CLASSES) + 2
 _MOST_PER_CLASS, _LEAST_SCORE = 50, 0.02
 _APART_CELLS = (5, 3, 3)
 """Width in output cells of the window in which a peak is the highest: car, bicycle, pedestrian."""
@@ -97,12 +106,45 @@ def train(
     state: start of a resumed training. until: after which pass it stops, None for the last one. panorama: of samples
     that are range images; None for pillars.
     """
-    run = _Run(sets, region, training, on, panorama)
+    return train_task(_GroundTask(sets, region, panorama), training, on, state, until)
+
+
+class Task(Protocol):
+    """Task of a net: `count` items to learn from, a new net, batches of items as images and targets, and the answers
+    to images, (n, classes and two figures, a, b) in single precision."""
+
+    @property
+    def count(self) -> int:
+        """Number of items."""
+
+    def net(self, seed: int) -> Any:
+        """Return a new net whose first weights are drawn from the seed."""
+
+    def batch(self, chosen: Sequence[int], mirrors: Sequence[int]) -> tuple[Any, list[Target]]:
+        """Return items as images and targets; mirrors: 0 to 3, a draw for each."""
+
+    def answer(self, net: Any, images: Any, on: Machine) -> Any:
+        """Return the output of the net for images."""
+
+
+def train_task(
+    task: Task, training: Training, on: Machine, state: State | None = None, until: int | None = None
+) -> State:
+    """Train a net for a task, as `train` does."""
+    run = _Run(task, training, on)
     if state is not None:
         run.restore(state)
     while run.epoch < (training.epochs if until is None else until):
         run.pass_over()
     return run.state()
+
+
+def restored(net: Any, state: Mapping[str, NDArray[Any]], on: Machine) -> Any:
+    """Return the net with trained weights, ready to detect."""
+    torch = require_torch()
+    weights = net.state_dict()
+    net.load_state_dict({name: torch.from_numpy(state[f"net.{name}"].copy()) for name in weights})
+    return net.to(on.device, memory_format=torch.channels_last).eval()
 
 
 def detect(
@@ -114,62 +156,65 @@ def detect(
 ) -> Detections:
     """Return the detections of a trained net in all samples, frames numbered by their place among them."""
     torch = require_torch()
-    net = _net(0, samples.features.shape[1], panorama is not None)
-    weights = net.state_dict()
-    net.load_state_dict({name: torch.from_numpy(state[f"net.{name}"].copy()) for name in weights})
-    net.to(on.device, memory_format=torch.channels_last).eval()
+    net = restored(_net(0, samples.features.shape[1], panorama is not None), state, on)
     found, at_once = [], 16
     with torch.no_grad():
         for start in range(0, len(samples), at_once):
             part = [samples[place] for place in range(start, min(start + at_once, len(samples)))]
             answer = _answer(net, _images(part, panorama or region).to(on.device), on, region)
             found.append(_peaks(answer, region, start))
-    empty = Detections(np.zeros(0, np.int64), np.zeros(0, np.uint8), np.zeros((0, 2)), np.zeros(0))
-    frame, cls, centre_m, score = (np.concatenate(column) for column in zip(empty, *found, strict=True))
-    return Detections(frame, cls, centre_m, score)
+    return Detections.joined(found)
+
+
+class _GroundTask:
+    """Pillars or range images, and the objects on the ground."""
+
+    def __init__(self, sets: Sequence[Samples], region: Region, panorama: Panorama | None) -> None:
+        self.sets, self.region, self.panorama = sets, region, panorama
+        self.items = [(s, i) for s, one in enumerate(sets) for i in range(len(one))]
+        self.count = len(self.items)
+
+    def net(self, seed: int) -> Any:
+        return _net(seed, self.sets[0].features.shape[1], self.panorama is not None)
+
+    def batch(self, chosen: Sequence[int], mirrors: Sequence[int]) -> tuple[Any, list[Target]]:
+        grid = self.panorama or self.region
+        samples = [self.sets[s][i] for s, i in (self.items[place] for place in chosen)]
+        turned = [_mirrored(sample, mirror, grid) for sample, mirror in zip(samples, mirrors, strict=True)]
+        return _images(turned, grid), [wanted(sample, self.region) for sample in turned]
+
+    def answer(self, net: Any, images: Any, on: Machine) -> Any:
+        return _answer(net, images, on, self.region)
 
 
 class _Run:
     """Training in progress."""
 
-    def __init__(
-        self,
-        sets: Sequence[Samples],
-        region: Region,
-        training: Training,
-        on: Machine,
-        panorama: Panorama | None,
-    ) -> None:
+    def __init__(self, task: Task, training: Training, on: Machine) -> None:
         self.torch = torch = require_torch()
-        self.sets, self.region, self.training, self.on = sets, region, training, on
-        self.grid = panorama or region
-        net = _net(training.seed, sets[0].features.shape[1], panorama is not None)
-        self.net = net.to(on.device, memory_format=torch.channels_last)
+        self.task, self.training, self.on = task, training, on
+        self.net = task.net(training.seed).to(on.device, memory_format=torch.channels_last)
         self.optimiser = torch.optim.AdamW(self.net.parameters(), lr=training.rate, weight_decay=0.01)
-        self.items = np.array([(s, i) for s, one in enumerate(sets) for i in range(len(one))]).reshape(-1, 2)
         self.epoch = 0
 
     def pass_over(self) -> None:
         """Run one epoch: every sample once, in an order and mirrored as its own draws determine."""
         rng = np.random.default_rng((self.training.seed, self.epoch))
-        order = self.items[rng.permutation(len(self.items))]
+        order = rng.permutation(self.task.count)
         mirrors = rng.integers(0, 4, len(order))
         steps = range(0, len(order), self.training.batch)
         self.net.train()
         for number, start in enumerate(steps):
             chosen = slice(start, start + self.training.batch)
             done = (self.epoch + number / len(steps)) / self.training.epochs
-            self._step([self.sets[s][i] for s, i in order[chosen].tolist()], mirrors[chosen].tolist(), done)
+            self._step(order[chosen].tolist(), mirrors[chosen].tolist(), done)
         self.epoch += 1
 
-    def _step(self, samples: list[Sample], mirrors: list[int], done: float) -> None:
+    def _step(self, chosen: list[int], mirrors: list[int], done: float) -> None:
         for group in self.optimiser.param_groups:
             group["lr"] = self.training.rate * _rate(done)
-        turned = [
-            _mirrored(sample, mirror, self.grid) for sample, mirror in zip(samples, mirrors, strict=True)
-        ]
-        images = _images(turned, self.grid).to(self.on.device)
-        loss = _loss(_answer(self.net, images, self.on, self.region), turned, self.region)
+        images, targets = self.task.batch(chosen, mirrors)
+        loss = _loss(self.task.answer(self.net, images.to(self.on.device), self.on), targets)
         self.optimiser.zero_grad()
         loss.backward()
         self.torch.nn.utils.clip_grad_norm_(self.net.parameters(), 10.0)
@@ -218,22 +263,28 @@ def _net(seed: int, features: int = FEATURES, is_range: bool = False) -> Any:
         a, b, c = WIDTHS
         net = nn.ModuleDict(
             {
-                "near": nn.Sequential(*_block(nn, features, a, 2), *_block(nn, a, a)),
-                "wide": nn.Sequential(*_block(nn, a, b, 2), *_block(nn, b, b)),
-                "far": nn.Sequential(*_block(nn, b, c, 2), *_block(nn, c, c), *_block(nn, c, c)),
+                "near": nn.Sequential(*block(nn, features, a, 2), *block(nn, a, a)),
+                "wide": nn.Sequential(*block(nn, a, b, 2), *block(nn, b, b)),
+                "far": nn.Sequential(*block(nn, b, c, 2), *block(nn, c, c), *block(nn, c, c)),
                 "up_wide": nn.ConvTranspose2d(c, b, 2, 2),
-                "join_wide": nn.Sequential(*_block(nn, 2 * b, b)),
+                "join_wide": nn.Sequential(*block(nn, 2 * b, b)),
                 "up_near": nn.ConvTranspose2d(b, a, 2, 2),
-                "join_near": nn.Sequential(*_block(nn, 2 * a, a if is_range else b)),
+                "join_near": nn.Sequential(*block(nn, 2 * a, a if is_range else b)),
                 **(_ground(nn, a + features + 1, b) if is_range else {}),
-                "head": nn.Conv2d(b, _ANSWERS, 1),
+                "head": nn.Conv2d(b, ANSWERS, 1),
             }
         )
-        nn.init.constant_(net["head"].bias[: len(CLASSES)], -4.0)  # almost no cell is a centre
+        rarely_a_centre(net)
     return net
 
 
-def _block(nn: Any, into: int, out: int, stride: int = 1) -> tuple[Any, ...]:
+def rarely_a_centre(net: Any) -> None:
+    """Start a net's head with the answer that almost no cell is a centre."""
+    require_torch().nn.init.constant_(net["head"].bias[: len(CLASSES)], -4.0)
+
+
+def block(nn: Any, into: int, out: int, stride: int = 1) -> tuple[Any, ...]:
+    """Return the layers of a convolution."""
     return nn.Conv2d(into, out, 3, stride, 1, bias=False), nn.BatchNorm2d(out), nn.ReLU(inplace=True)
 
 
@@ -241,8 +292,8 @@ def _ground(nn: Any, into: int, out: int) -> dict[str, Any]:
     """Return the layers on the ground behind those on the range image."""
     deep = 3 * out // 2
     return {
-        "ground": nn.Sequential(*_block(nn, into, out)),
-        "deep": nn.Sequential(*_block(nn, out, deep, 2), *_block(nn, deep, deep)),
+        "ground": nn.Sequential(*block(nn, into, out)),
+        "deep": nn.Sequential(*block(nn, out, deep, 2), *block(nn, deep, deep)),
         "up_deep": nn.ConvTranspose2d(deep, out, 2, 2),
     }
 
@@ -307,11 +358,10 @@ def _mirrored(sample: Sample, mirror: int, grid: Region | Panorama) -> Sample:
     return sample._replace(cell=grid.mirrored(sample.cell, mirror), features=features, centre_m=centre_m)
 
 
-def _loss(answer: Any, samples: Sequence[Sample], region: Region) -> Any:
+def _loss(answer: Any, parts: Sequence[Target]) -> Any:
     """Return focal loss of peaks plus absolute error of places, as in CenterNet (Zhou et al., Objects as Points,
     2019)."""
     torch = require_torch()
-    parts = [wanted(sample, region) for sample in samples]
     peaks = torch.from_numpy(np.stack([part[0] for part in parts])).to(answer.device)
     said = torch.clamp(torch.sigmoid(answer[:, : len(CLASSES)]), 1e-4, 1.0 - 1e-4)
     centre = peaks == 1.0
@@ -330,18 +380,11 @@ def _loss(answer: Any, samples: Sequence[Sample], region: Region) -> Any:
 def _peaks(answer: Any, region: Region, first_frame: int) -> tuple[NDArray[Any], ...]:
     """Frame, class, centre and score of the highest peaks of each class in each frame."""
     torch = require_torch()
-    scores, columns = torch.sigmoid(answer[:, : len(CLASSES)]), answer.shape[3]
-    places = answer[:, len(CLASSES) :].reshape(len(answer), 2, -1)
+    columns = answer.shape[3]
     found = []
-    for cls, apart in enumerate(_APART_CELLS):
-        mine = scores[:, cls]
-        highest = torch.nn.functional.max_pool2d(mine[:, None], apart, 1, apart // 2)[:, 0]
-        peaks = torch.where(mine == highest, mine, 0.0).reshape(len(answer), -1)
-        score, cell = peaks.topk(min(_MOST_PER_CLASS, peaks.shape[1]), dim=1)
-        frame, rank = torch.nonzero(score > _LEAST_SCORE, as_tuple=True)
-        cell, score = cell[frame, rank], score[frame, rank]
+    for cls, (frame, cell, place, score) in enumerate(highest_peaks(answer)):
         corner = torch.stack([cell // columns, cell % columns], dim=1)
-        centre = (corner + places[frame, :, cell]).double().cpu().numpy() * (2.0 * region.cell_m)
+        centre = (corner + place).double().cpu().numpy() * (2.0 * region.cell_m)
         centre -= np.array([region.length_m, region.width_m]) / 2
         found.append(
             (
@@ -352,3 +395,19 @@ def _peaks(answer: Any, region: Region, first_frame: int) -> tuple[NDArray[Any],
             )
         )
     return tuple(np.concatenate(column) for column in zip(*found, strict=True))
+
+
+def highest_peaks(answer: Any) -> Iterator[tuple[Any, Any, Any, Any]]:
+    """Yield of each class image (k,), cell (k,), the two figures (k, 2) and score (k,) of the highest peaks in each
+    image."""
+    torch = require_torch()
+    scores = torch.sigmoid(answer[:, : len(CLASSES)])
+    figures = answer[:, len(CLASSES) :].reshape(len(answer), 2, -1)
+    for cls, apart in enumerate(_APART_CELLS):
+        mine = scores[:, cls]
+        highest = torch.nn.functional.max_pool2d(mine[:, None], apart, 1, apart // 2)[:, 0]
+        peaks = torch.where(mine == highest, mine, 0.0).reshape(len(answer), -1)
+        score, cell = peaks.topk(min(_MOST_PER_CLASS, peaks.shape[1]), dim=1)
+        image, rank = torch.nonzero(score > _LEAST_SCORE, as_tuple=True)
+        cell, score = cell[image, rank], score[image, rank]
+        yield image, cell, figures[image, :, cell], score

@@ -113,18 +113,29 @@ def pillars(
     return cell.astype(np.int32), np.stack(features, axis=1).astype(np.float16)
 
 
-def wanted(sample: Sample, region: Region) -> tuple[NDArray[np.float32], NDArray[np.float32], Ids]:
-    """Return the training target: peaks (classes, a, b) with 1 at each object that has a point; for the p cells with an
-    object its place within the cell, (p, 2), 0 to 1; and these cells (p,).
+Target = tuple[NDArray[np.float32], NDArray[np.float32], Ids]
+"""Training target: peaks (classes, a, b) with 1 at the cell of each object; two figures of the object, (p, 2), in the p
+cells that hold one; and these cells (p,)."""
 
-    Of two objects of any class in one cell the place of the later one counts.
-    """
-    rows, columns = (cells // 2 for cells in region.shape)
-    peaks = np.zeros((len(CLASSES), rows, columns), np.float32)
+
+def wanted(sample: Sample, region: Region) -> Target:
+    """Return the training target of the objects that have a point; the two figures are the place within the cell, 0 to
+    1."""
     hit = sample.points > 0
     place = region.places(sample.centre_m[hit]) / 2.0
     corner = np.floor(place).astype(np.int64)
-    for cls, (row, column) in zip(sample.cls[hit].tolist(), corner.tolist(), strict=True):
+    shape = region.shape[0] // 2, region.shape[1] // 2
+    return target(shape, sample.cls[hit], corner, place - corner)
+
+
+def target(shape: tuple[int, int], kinds: NDArray[np.uint8], corner: Ids, figures: Doubles) -> Target:
+    """Return the target on (rows, columns) cells of objects of some classes (n,) in cells (n, 2) with figures (n, 2).
+
+    Of two objects of any class in one cell the figures of the later one count.
+    """
+    rows, columns = shape
+    peaks = np.zeros((len(CLASSES), rows, columns), np.float32)
+    for cls, (row, column) in zip(kinds.tolist(), corner.tolist(), strict=True):
         reach, width = int(np.ceil(3 * _RADIUS_CELLS[cls])), _RADIUS_CELLS[cls]
         rows_there = np.arange(max(0, row - reach), min(rows, row + reach + 1))
         columns_there = np.arange(max(0, column - reach), min(columns, column + reach + 1))
@@ -133,7 +144,7 @@ def wanted(sample: Sample, region: Region) -> tuple[NDArray[np.float32], NDArray
         np.maximum(there, np.exp(-apart / (2.0 * width**2)), out=there, casting="same_kind")
     number = corner[:, 0] * columns + corner[:, 1]
     cells, last = np.unique(number[::-1], return_index=True)
-    return peaks, (place - corner)[::-1][last].astype(np.float32), cells
+    return peaks, figures[::-1][last].astype(np.float32), cells
 
 
 @dataclass(frozen=True)

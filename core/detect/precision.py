@@ -7,9 +7,10 @@ Source: Caesar et al., nuScenes: A multimodal dataset for autonomous driving, CV
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,6 +51,12 @@ class Detections(NamedTuple):
     def where(self, chosen: Flags) -> Detections:
         """Return some of the detections."""
         return Detections(self.frame[chosen], self.cls[chosen], self.centre_m[chosen], self.score[chosen])
+
+    @classmethod
+    def joined(cls, parts: Iterable[tuple[NDArray[Any], ...]]) -> Self:
+        """Return detections that were found in parts, of the same columns."""
+        empty = (np.zeros(0, np.int64), np.zeros(0, np.uint8), np.zeros((0, 2)), np.zeros(0))
+        return cls(*(np.concatenate(column) for column in zip(empty, *parts, strict=True)))
 
 
 @dataclass(frozen=True)
@@ -110,6 +117,15 @@ def found_objects(truth: Truth, found: Detections, number: int, within_m: float)
     taken = np.array(_taken(_near(truth, own, found, order), within_m), np.int64)
     flags = np.zeros(len(truth.cls), np.bool_)
     flags[taken[taken >= 0]] = True
+    return flags
+
+
+def right_detections(truth: Truth, found: Detections, number: int, within_m: float) -> Flags:
+    """Return which detections of class `number` are right, (m,), the best score first; False for other classes."""
+    own, mine = np.flatnonzero(truth.cls == number), np.flatnonzero(found.cls == number)
+    order = mine[np.argsort(-found.score[mine], kind="stable")]
+    flags = np.zeros(len(found.cls), np.bool_)
+    flags[order] = np.array(_taken(_near(truth, own, found, order), within_m), np.int64) >= 0
     return flags
 
 

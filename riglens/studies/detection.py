@@ -34,6 +34,7 @@ from riglens.core.study.detection.run import StudyProgress, run
 from riglens.core.study.detection.second import PERIOD_S, PROTOCOLS, Arm, rigs_of
 from riglens.core.study.detection.statistics import COLUMNS, LEAST_DIFFERENCE, MEAN, Estimate
 from riglens.core.study.detection.surrogates import Surrogates, surrogates
+from riglens.core.study.detection.third import PARTS, Part, rigs_of_part
 from riglens.core.study.ranks import FEWEST_RIGS
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import TargetSettings
@@ -66,13 +67,14 @@ PIECES, MAP = "pieces", "mAP"
 
 @dataclass(frozen=True)
 class Plan:
-    """Plan of a study; None for seeds is the protocol's number. second: a part of the second published study. cameras:
-    quality of the segmentation that gives points their classes; None: cameras are left out."""
+    """Plan of a study; None for seeds is the protocol's number. second, third: a part of these published studies.
+    cameras: quality of the segmentation that gives points their classes; None: cameras are left out."""
 
     quick: bool = False
     per_rig: bool = False
     published: bool = False
     second: Arm | None = None
+    third: Part | None = None
     seeds: int | None = None
     backend: Backend = field(default_factory=lambda: Backend(1))
     device: Device | None = None
@@ -83,6 +85,8 @@ class Plan:
         """Return the rigs that are compared: those named, or those of the published study."""
         if self.second is not None:
             return rigs_of(self.second)
+        if self.third is not None:
+            return rigs_of_part(self.third)
         if not self.published:
             return tuple(open_rig(name).rig for name in names)
         return published_rigs() if self.cameras is None else camera_rigs()
@@ -92,12 +96,13 @@ class Plan:
         protocol = Protocol()
         if self.second is not None:
             protocol = PROTOCOLS[self.second]
+        elif self.third is not None:
+            protocol = PARTS[self.third]
         elif self.published:
-            protocol = PROTOCOL if self.cameras is None else CAMERA_PROTOCOL
-        if self.second is None:
-            protocol = replace(protocol, cameras=self.cameras)
-        if not self.published and self.second is None:
-            protocol = replace(protocol, simulation=replace(protocol.simulation, body=self.body))
+            protocol = replace(PROTOCOL if self.cameras is None else CAMERA_PROTOCOL, cameras=self.cameras)
+        else:
+            simulation = replace(protocol.simulation, body=self.body)
+            protocol = replace(protocol, cameras=self.cameras, simulation=simulation)
         protocol = protocol.per_rig() if self.per_rig else protocol
         protocol = protocol.quick() if self.quick else protocol
         return replace(protocol, seeds=self.seeds) if self.seeds is not None else protocol
@@ -105,8 +110,10 @@ class Plan:
 
 def study(rigs: Sequence[str], scene: SceneOptions, plan: Plan, out: Path, monitor: Monitor) -> list[Block]:
     """Run the missing parts of a study, write tables and charts, and return the results."""
-    if (plan.published, plan.second is not None, bool(rigs)).count(True) != 1:
-        raise InputError("specify rigs to compare, or --published or --second for those of a published study")
+    if (plan.published, plan.second is not None, plan.third is not None, bool(rigs)).count(True) != 1:
+        raise InputError(
+            "specify rigs to compare, or --published, --second or --third for those of a published study"
+        )
     machine(plan.device)  # what it lacks is reported first
     return compare(plan.rigs(rigs), rigs, scene, plan, out, monitor)
 
@@ -122,8 +129,9 @@ def compare(
     """Run a study of rigs; a mesh file is found next to the rig file of that name."""
     protocol = plan.protocol()
     rigs = with_meshes(rigs, names or ["."] * len(rigs), protocol.simulation.body, monitor)
-    compared = entrants(rigs, protocol.cameras is not None)
-    scene = scene if plan.second is None else replace(scene, surroundings=True)
+    compared = entrants(rigs, protocol.kinds)
+    if plan.second is not None or plan.third is not None:
+        scene = replace(scene, surroundings=True)
     require_folder(out, NAMES)
     traffic = load_traffic(scene, WITHIN_M, monitor)
     motion = motion_of(traffic, car_poses(scene), PERIOD_S) if protocol.sweeps > 1 else None

@@ -195,6 +195,12 @@ class DetectionOptions:
             "", "A part of the study of docs/study-detection-2.md instead of RIG, with its rigs and protocol."
         ),
     ] = None
+    third: Annotated[
+        Literal["lidars", "cameras"] | None,
+        OptionHelp(
+            "", "A part of the study of docs/study-detection-3.md instead of RIG, with its rigs and protocol."
+        ),
+    ] = None
     cameras: Annotated[
         Literal["good", "usual", "poor"] | None,
         OptionHelp(
@@ -217,7 +223,8 @@ def _detection(options: DetectionOptions, job: Job, /, *rigs: str) -> Findings:
         1 if options.workers is None and options.dask is None else options.workers, options.dask
     )
     plan = detection.Plan(
-        options.quick, options.per_rig, options.published, options.second, options.seeds, backend,
+        options.quick, options.per_rig, options.published, options.second, options.third, options.seeds,
+        backend,
         options.device, job.score.body, options.cameras,
     )  # fmt: skip
     return Findings(detection.study(rigs, job.scene, plan, job.out, job.monitor))

@@ -14,11 +14,14 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from riglens.core.detect.net import State, detect, machine, train, use_one_thread
+from riglens.core.detect.net import State, detect, machine, train, train_task, use_one_thread
 from riglens.core.detect.panorama import Panorama
+from riglens.core.detect.picture_net import PictureTask, detect_in
 from riglens.core.detect.pillars import Region, Sample, Samples, pillars
+from riglens.core.detect.views import Lenses, Marks, Views, marks_of
 from riglens.core.errors import InputError
 from riglens.core.simulate.painting import QUALITIES, Painter
+from riglens.core.simulate.pictures import Cameras
 from riglens.core.simulate.sweeps import Simulator
 from riglens.core.simulate.world import Worlds
 from riglens.core.study.detection.pieces import (
@@ -29,8 +32,9 @@ from riglens.core.study.detection.pieces import (
     packed,
     piece_folder,
     samples_of,
+    views_of,
 )
-from riglens.core.study.detection.protocol import Entrant, train_frames
+from riglens.core.study.detection.protocol import Entrant, Ids, train_frames
 
 
 def make(study: Study, job: Job, folder: Path, state: State | None) -> bytes:
@@ -48,14 +52,22 @@ def make(study: Study, job: Job, folder: Path, state: State | None) -> bytes:
     if job.rig is None:
         return packed(_pass(study, job.net, job.epoch, folder, state))
     assert state is not None
-    samples, how = samples_of(_sweeps_at_hand(study, job.rig, folder), "test"), study.protocol
-    return packed(detect(state, samples, how.region, study.machine, how.panorama)._asdict())
+    sweeps, how = _sweeps_at_hand(study, job.rig, folder), study.protocol
+    if how.kinds == "cameras":
+        found = detect_in(state, views_of(sweeps, "test"), how.region, study.machine)
+    else:
+        found = detect(state, samples_of(sweeps, "test"), how.region, study.machine, how.panorama)
+    return packed(found._asdict())
 
 
 def _pass(study: Study, net: Net, epoch: int, folder: Path, state: State | None) -> State:
     """Train a net for one pass over its samples."""
-    sets = [samples_of(_sweeps_at_hand(study, one, folder), "train") for one in net.trains]
+    held = [_sweeps_at_hand(study, one, folder) for one in net.trains]
     how = study.protocol
+    if how.kinds == "cameras":
+        task = PictureTask([views_of(one, "train") for one in held])
+        return train_task(task, how.training(net.seed), study.machine, state, until=epoch)
+    sets = [samples_of(one, "train") for one in held]
     return train(
         sets, how.region, how.training(net.seed), study.machine, state, until=epoch, panorama=how.panorama
     )
@@ -103,15 +115,51 @@ class _Looks:
 
 
 def sweeps_of(study: Study, entrant: Entrant) -> Columns:
-    """Simulate a rig in its frames for training and in those of the test."""
-    looks, how = _Looks.of(entrant, study), study.protocol
-    held: Columns = {}
+    """Simulate a rig in its frames for training and in those of the test: sweeps, or pictures of cameras alone."""
+    how = study.protocol
     parts = {"train": train_frames(entrant, study.split, how), "test": study.split.test}
+    held: Columns = {}
     for name, frames in parts.items():
-        drawn = (looks.sample(frame, how.region, how.panorama) for frame in frames.tolist())
-        samples = Samples.of(frames.tolist(), drawn)
-        held |= {f"{name}.{field.name}": getattr(samples, field.name) for field in fields(Samples)}
+        if how.kinds == "cameras":
+            made: Samples | Views = _views(study, entrant, frames)
+        else:
+            looks = _Looks.of(entrant, study)
+            drawn = (looks.sample(frame, how.region, how.panorama) for frame in frames.tolist())
+            made = Samples.of(frames.tolist(), drawn)
+        held |= {f"{name}.{field.name}": getattr(made, field.name) for field in fields(made)}
     return held
+
+
+def _views(study: Study, entrant: Entrant, frames: Ids) -> Views:
+    """Take the pictures of a rig in some frames."""
+    worlds = Worlds(study.traffic, study.protocol.simulation)
+    eyes, cameras = entrant.rig.enabled_cameras(), Cameras(entrant.rig, worlds, False)
+    pixels, marks, objects = [], [], []
+    for frame in frames.tolist():
+        truth = worlds.truth(frame)
+        shown = [cameras.picture(number, frame) for number in range(len(eyes))]
+        pixels.append(np.stack([one.rgb for one in shown]))
+        marks += [
+            marks_of(eye, one.pixels, one.bounds_px, truth.cls, truth.centre_m)
+            for eye, one in zip(eyes, shown, strict=True)
+        ]
+        inside = study.protocol.region.holds(truth.centre_m[:, :2])
+        seen = np.sum([one.pixels for one in shown], axis=0)
+        objects.append(
+            (truth.cls[inside].astype(np.uint8), truth.centre_m[inside, :2], seen[inside].astype(np.int64))
+        )
+    lenses = Lenses.of(eyes)
+    return Views(
+        frames,
+        np.stack(pixels),
+        lenses.rays,
+        lenses.place_m,
+        lenses.focal_px,
+        np.cumsum([0, *(len(one.cls) for one in marks)]),
+        *Marks(*(np.concatenate(column) for column in zip(*marks, strict=True))),
+        np.cumsum([0, *(len(cls) for cls, *_ in objects)]),
+        *(np.concatenate(column) for column in zip(*objects, strict=True)),
+    )
 
 
 def _sweeps_at_hand(study: Study, entrant: Entrant, folder: Path) -> Columns:

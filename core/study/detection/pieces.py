@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from riglens.core.detect.net import Machine
 from riglens.core.detect.pillars import Samples
 from riglens.core.detect.precision import Detections, Matched, Truth
+from riglens.core.detect.views import Views
 from riglens.core.errors import InputError
 from riglens.core.pieces.folder import PieceFolder
 from riglens.core.scene.boxes import CLASSES
@@ -55,18 +56,13 @@ class Study:
         """Return the boxes of `tested` that average precision is over, (n,): those in the region."""
         return self.protocol.region.holds(self.tested.centre_m[:, :2])
 
-    @property
-    def has_cameras(self) -> bool:
-        """Return whether cameras take part: points get the classes that they show."""
-        return self.protocol.cameras is not None
-
     @cached_property
     def trained_on(self) -> tuple[Entrant, ...]:
         """The rigs that have sweeps for training: the compared ones, and the references in a shared net."""
         if self.protocol.mode == "per-rig":
             return self.compared
         known = {entrant.key for entrant in self.compared}
-        return (*self.compared, *(one for one in references(self.has_cameras) if one.key not in known))
+        return (*self.compared, *(one for one in references(self.protocol.kinds) if one.key not in known))
 
     @cached_property
     def nets(self) -> tuple[Net, ...]:
@@ -98,7 +94,16 @@ class Study:
         return key_of(net=self.net_key(net), sweeps=self.sweeps_key(entrant))
 
 
-_OF_SWEEPS = ("train_frames", "test_frames", "region", "simulation", "painting", "sweeps", "panorama")
+_OF_SWEEPS = (
+    "train_frames",
+    "test_frames",
+    "region",
+    "simulation",
+    "painting",
+    "sweeps",
+    "panorama",
+    "pictures",
+)
 
 
 @dataclass(frozen=True)
@@ -202,9 +207,12 @@ class Pieces:
 
     def _truth(self, entrant: Entrant) -> Truth:
         if entrant.key not in self._truths:
-            samples = samples_of(self.of(Job(None, entrant)), "test")
-            frame = np.repeat(np.arange(len(samples.object_starts) - 1), np.diff(samples.object_starts))
-            self._truths[entrant.key] = Truth(frame, samples.cls, samples.centre_m, samples.points)
+            sweeps = self.of(Job(None, entrant))
+            starts, *objects = (
+                sweeps[f"test.{name}"] for name in ("object_starts", "cls", "centre_m", "points")
+            )
+            frame = np.repeat(np.arange(len(starts) - 1), np.diff(starts))
+            self._truths[entrant.key] = Truth(frame, *objects)
         return self._truths[entrant.key]
 
     @cached_property
@@ -235,3 +243,8 @@ def _unpacked(content: bytes) -> Columns:
 def samples_of(sweeps: Columns, part: str) -> Samples:
     """Return the samples of a rig, "train" or "test"."""
     return Samples(**{field.name: sweeps[f"{part}.{field.name}"] for field in fields(Samples)})
+
+
+def views_of(pictures: Columns, part: str) -> Views:
+    """Return the pictures of a rig, "train" or "test"."""
+    return Views(**{field.name: pictures[f"{part}.{field.name}"] for field in fields(Views)})

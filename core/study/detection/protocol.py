@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 from riglens.core.detect.net import Training
 from riglens.core.detect.panorama import Panorama
 from riglens.core.detect.pillars import Region
+from riglens.core.detect.views import FEATURES as PICTURE_FEATURES
+from riglens.core.detect.views import LEAST_PX
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
 from riglens.core.rig.library import sensor_from_model
@@ -26,7 +28,9 @@ from riglens.core.simulate.painting import QUALITIES, Quality
 from riglens.core.simulate.settings import SimulationSettings
 
 Mode = Literal["shared", "per-rig"]
-Detector = Literal["pillars", "range"]
+Detector = Literal["pillars", "range", "pictures"]
+Kinds = Literal["lidars", "lidars and cameras", "cameras"]
+"""Sensors of a rig that take part."""
 Ids = NDArray[np.int64]
 
 WORDING = "simulated LiDAR, small detector trained here: compares rigs, does not predict the AP of your stack"
@@ -45,7 +49,8 @@ class Protocol:
     rig, a draw of its own from the sequences for training; test_frames: the same for all rigs, spread evenly over the
     other sequences. Seeds are of the training: first weights, order, mirroring; sweeps are the same for all of them.
     cameras: how well they are segmented whose classes points get; None: cameras are left out. sweeps: how many of a
-    rig make a sample, the last one at the frame. detector: a net over pillars, or over a range image.
+    rig make a sample, the last one at the frame. detector: a net over pillars, over a range image, or over pictures
+    without LiDAR points.
     """
 
     mode: Mode = "shared"
@@ -78,6 +83,13 @@ class Protocol:
         """Return the range image of the detector; None for pillars."""
         return Panorama() if self.detector == "range" else None
 
+    @property
+    def kinds(self) -> Kinds:
+        """Return the sensors that take part."""
+        if self.detector == "pictures":
+            return "cameras"
+        return "lidars" if self.cameras is None else "lidars and cameras"
+
     def training(self, seed: int) -> Training:
         """Return the training settings of a seed."""
         return Training(epochs=self.epochs, seed=seed)
@@ -97,6 +109,8 @@ class Protocol:
             plain |= {"sweeps": self.sweeps}
         if self.panorama is not None:
             plain |= {"panorama": asdict(self.panorama)}
+        if self.detector == "pictures":
+            plain |= {"pictures": {"least_px": LEAST_PX, "features": PICTURE_FEATURES}}
         return plain | {"region": asdict(self.region), "simulation": self.simulation.as_dict()}
 
 
@@ -137,7 +151,7 @@ def split(data: DataReport, protocol: Protocol) -> Split:
 
 @dataclass(frozen=True)
 class Entrant:
-    """A rig of the study, under the name that is shown: its LiDARs, and its cameras where points are painted."""
+    """A rig of the study, under the name that is shown, with the sensors that take part."""
 
     name: str
     rig: Rig
@@ -159,29 +173,30 @@ class Entrant:
         return sum(lidar.ray_count for lidar in self.rig.enabled_lidars())
 
 
-def entrants(rigs: Sequence[Rig], with_cameras: bool = False) -> tuple[Entrant, ...]:
-    """Return the rigs as they take part, without disabled sensors, and without cameras by default; names are made
-    unique.
+def entrants(rigs: Sequence[Rig], kinds: Kinds = "lidars") -> tuple[Entrant, ...]:
+    """Return the rigs as they take part, without disabled sensors and those of other kinds; names are made unique.
 
-    Raise InputError for a rig without LiDARs.
+    Raise InputError for a rig without LiDARs where these take part.
     """
     found: list[Entrant] = []
     for rig in rigs:
-        if not rig.enabled_lidars():
+        if kinds != "cameras" and not rig.enabled_lidars():
             raise InputError(
                 f"rig '{rig.name}' must have an enabled LiDAR: hit coverage says what cameras see"
             )
         taken = sum(one.name == rig.name or one.name.startswith(f"{rig.name} (") for one in found)
         name = f"{rig.name} ({taken + 1})" if taken else rig.name
-        cameras = rig.enabled_cameras() if with_cameras else ()
-        taking_part = rig.model_copy(update={"name": name, "sensors": (*rig.enabled_lidars(), *cameras)})
-        found.append(Entrant(name, taking_part))
+        lidars = () if kinds == "cameras" else rig.enabled_lidars()
+        cameras = () if kinds == "lidars" else rig.enabled_cameras()
+        found.append(Entrant(name, rig.model_copy(update={"name": name, "sensors": (*lidars, *cameras)})))
     return tuple(found)
 
 
-def references(with_cameras: bool = False) -> tuple[Entrant, ...]:
+def references(kinds: Kinds = "lidars") -> tuple[Entrant, ...]:
     """Return four rigs that are always trained along, so that a net knows many even if few are compared; with the
-    paper's wide cameras where points are painted."""
+    paper's wide cameras where points are painted. None for cameras alone."""
+    if kinds == "cameras":
+        return ()
     roof = Pose((0.0, 0.0, 1.9), (0.0, 0.0, 0.0))
     alone = [
         Rig(
@@ -196,12 +211,14 @@ def references(with_cameras: bool = False) -> tuple[Entrant, ...]:
     ]
     wide = preset("Wide").enabled_cameras()
     rigs = [rig.model_copy(update={"sensors": (*rig.sensors, *wide)}) for rig in (*alone, *groups)]
-    return entrants(rigs, with_cameras)
+    return entrants(rigs, kinds)
 
 
 def train_frames(entrant: Entrant, of: Split, protocol: Protocol) -> Ids:
-    """Return the frames that a rig trains on, in order: a draw that its LiDARs decide."""
-    seed = int(entrant.lidars_key[:16], 16)
+    """Return the frames that a rig trains on, in order: a draw that its LiDARs decide, or the cameras of a rig without
+    any."""
+    key = entrant.key if protocol.kinds == "cameras" else entrant.lidars_key
+    seed = int(key[:16], 16)
     count = min(protocol.train_frames, len(of.train))
     return np.sort(np.random.default_rng(seed).choice(of.train, count, replace=False))
 

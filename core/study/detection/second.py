@@ -31,7 +31,7 @@ PERIOD_S = 2.0
 Place = tuple[float, float, float, float]
 """x, y, z in metres and yaw in degrees."""
 _ROOF: Place = (0.0, 0.0, 1.9, 0.0)
-_MOUNTS: dict[int, tuple[tuple[Place, ...], ...]] = {
+MOUNTS: dict[int, tuple[tuple[Place, ...], ...]] = {
     1: ((_ROOF,), ((2.4, 0.0, 0.7, 0.0),)),
     2: (
         ((0.0, 0.6, 1.7, 0.0), (0.0, -0.6, 1.7, 0.0)),
@@ -67,7 +67,7 @@ _MIXED: tuple[tuple[tuple[tuple[str, Place], ...], ...], ...] = (
     (
         (("velodyne-vlp-32c", _ROOF), ("velodyne-vlp-16", _LEFT), ("velodyne-vlp-16", _RIGHT)),
         (("robosense-helios-1615", _ROOF), ("velodyne-vlp-32c", _FRONT)),
-        tuple(("robosense-e1", place) for place in _MOUNTS[4][1]),
+        tuple(("robosense-e1", place) for place in MOUNTS[4][1]),
     ),
 )
 """Rigs of several models, or of LiDARs that look one way, at each budget: our choice."""
@@ -113,7 +113,7 @@ def second_rigs() -> tuple[Rig, ...]:
     found: list[Rig] = []
     for place, (budget, count) in enumerate(zip(BUDGETS, DRAWN, strict=True)):
         drawn = [*_draw(budget, count, rng), *_MIXED[place]]
-        found += [_rig(f"{round(budget / 1000)}k {k}", lidars) for k, lidars in enumerate(drawn, 1)]
+        found += [rig_of(f"{round(budget / 1000)}k {k}", lidars) for k, lidars in enumerate(drawn, 1)]
     return tuple(found)
 
 
@@ -130,19 +130,20 @@ def _draw(budget: int, count: int, rng: np.random.Generator) -> list[tuple[tuple
             or entry.maker in ("Data sets", "Generic")
         ):
             continue
-        numbers = [n for n in _MOUNTS if abs(n * sensor.ray_count / budget - 1.0) <= APART]
+        numbers = [n for n in MOUNTS if abs(n * sensor.ray_count / budget - 1.0) <= APART]
         if numbers:
             fitting[entry.name] = numbers
     chosen = rng.choice(sorted(fitting), count, replace=False).tolist()
     found = []
     for model in chosen:
-        mounts = _MOUNTS[int(rng.choice(fitting[model]))]
+        mounts = MOUNTS[int(rng.choice(fitting[model]))]
         places = mounts[int(rng.integers(len(mounts)))]
         found.append(tuple((str(model), place) for place in places))
     return found
 
 
-def _rig(name: str, lidars: Sequence[tuple[str, Place]]) -> Rig:
+def rig_of(name: str, lidars: Sequence[tuple[str, Place]]) -> Rig:
+    """Return a rig of models at places, with these words in its name."""
     models = dict.fromkeys(model for model, _ in lidars)
     words = " + ".join(f"{sum(one == model for one, _ in lidars)} x {model}" for model in models)
     where = {True: "roof", False: "low"}
@@ -170,7 +171,7 @@ def digest() -> str:
     plain = {
         arm: {
             "protocol": how.as_dict(),
-            "rigs": [one.key for one in entrants(rigs_of(arm), how.cameras is not None)],
+            "rigs": [one.key for one in entrants(rigs_of(arm), how.kinds)],
         }
         for arm, how in PROTOCOLS.items()
     }

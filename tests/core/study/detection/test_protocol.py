@@ -120,7 +120,7 @@ def test_the_published_rigs_are_those_that_were_registered() -> None:
 
 
 def test_with_cameras_rigs_of_the_same_lidars_have_the_same_frames_and_other_sweeps() -> None:
-    rigs = entrants([preset("W+T"), preset("N+T"), preset("Trapezoid")], with_cameras=True)
+    rigs = entrants([preset("W+T"), preset("N+T"), preset("Trapezoid")], "lidars and cameras")
     assert [len(one.rig.enabled_cameras()) for one in rigs] == [6, 6, 0] and len(
         {one.key for one in rigs}
     ) == 3
@@ -128,7 +128,7 @@ def test_with_cameras_rigs_of_the_same_lidars_have_the_same_frames_and_other_swe
     frames = [train_frames(one, asked.split, PROTOCOL).tolist() for one in rigs]
     assert frames[0] == frames[1] == frames[2]
     assert len(asked.trained_on) == 3 + 3  # W+T is a reference itself
-    assert all(one.rig.enabled_cameras() for one in references(with_cameras=True))
+    assert all(one.rig.enabled_cameras() for one in references("lidars and cameras"))
     poor = replace(asked, protocol=replace(PROTOCOL, cameras="poor"))
     without = replace(asked, protocol=PROTOCOL)
     assert len({one.sweeps_key(rigs[2]) for one in (asked, poor, without)}) == 3
@@ -153,7 +153,7 @@ def test_a_body_of_a_file_stops_rays_and_decides_the_sweeps() -> None:
 
 
 def test_the_rigs_with_cameras_are_those_that_were_registered() -> None:
-    rigs = entrants(camera_rigs(), with_cameras=True)
+    rigs = entrants(camera_rigs(), "lidars and cameras")
     groups = [one.name for one in rigs[:4]]
     assert groups == ["Center", "Pyramid", "Line", "Trapezoid"]
     assert [one.name for one in rigs[4:]] == [f"{camera}+{name[0]}" for name in groups for camera in "WN"]

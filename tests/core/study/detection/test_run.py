@@ -181,7 +181,7 @@ def test_a_net_for_each_rig(tmp_path: Path) -> None:
 def test_cameras_tell_the_net_of_points(tmp_path: Path) -> None:
     eye = Camera(name="CAM", position=(0.0, 0.0, 2.0), hfov_deg=110.0, image=(320, 180), cast=(80, 45))
     seeing = rig("a").model_copy(update={"sensors": (*rig("a").sensors, eye)})
-    rigs = entrants([seeing, rig("b")], with_cameras=True)
+    rigs = entrants([seeing, rig("b")], "lidars and cameras")
     protocol = replace(PROTOCOL, mode="shared", seeds=1, epochs=1, cameras="good")
     asked = Study(rigs, protocol, traffic(), machine("cpu"))
     pieces = with_processes(asked, tmp_path, 2)

@@ -43,7 +43,7 @@ def test_rigs_of_a_budget_cost_alike_and_differ() -> None:
 
 
 def test_painted_rigs_have_wide_narrow_and_no_cameras() -> None:
-    rigs = entrants(rigs_of("painted"), with_cameras=True)
+    rigs = entrants(rigs_of("painted"), "lidars and cameras")
     assert [len(one.rig.enabled_cameras()) for one in rigs] == [0, 6, 6] * 3
     assert len({one.key for one in rigs}) == 9 and len({one.lidars_key for one in rigs}) == 3
 
