@@ -56,7 +56,7 @@ def study(name: Study, *inputs: StrPath | Rig, out: StrPath = "out", **options: 
         if name == "table1":
             require_folder(folder, TABLE1_FILES)
             given |= dict(
-                zip(("csv", "detection_csv"), (folder / file for file in TABLE1_FILES), strict=True)
+                zip(("csv", "detection_csv", "sheet"), (folder / file for file in TABLE1_FILES), strict=True)
             )
         asked = STUDIES[name]
         own: Any = _taken(asked.options, [one.name for one in fields(asked.options)], given)

@@ -54,10 +54,15 @@ class Table1Options:
     detection_csv: Annotated[
         Path | None, OptionHelp("FILE", "Also write published average precision and our figures as CSV.")
     ] = None
+    sheet: Annotated[
+        Path | None,
+        OptionHelp("FILE", "Also draw the groups of the paper's Fig. 1 as one picture (.png or .svg)."),
+    ] = None
 
 
 def _table1(options: Table1Options, job: Job, /) -> Findings:
-    return Findings(table1.study(job.scene, job.score, options.csv, options.detection_csv, job.monitor))
+    targets = options.csv, options.detection_csv, options.sheet
+    return Findings(table1.study(job.scene, job.score, *targets, job.monitor))
 
 
 @dataclass(frozen=True)
@@ -249,7 +254,7 @@ def _predicted(options: PredictedOptions, job: Job, /, detection: Path) -> Findi
 
 # ---------------------------------------------------------------- all of them
 
-TABLE1_FILES = ("table1.csv", "table1-detection.csv")
+TABLE1_FILES = ("table1.csv", "table1-detection.csv", "table1-groups.png")
 _SCENE = ("boxes", *GRID, "pog", "tolerance_pp")
 
 

@@ -1,26 +1,30 @@
 """`riglens study table1`: score the paper's eight rigs next to the published figures, write CSV.
 
-Its second half, published detection against our figures, is in `table2`.
+Published detection against our figures is in `table2`, what the paper claims in `paper_claims`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 
 from riglens.core.engine.engine import Engine
 from riglens.core.files import require_writable, write_file
+from riglens.core.metric.scores import DEFAULT_LAMBDA
 from riglens.core.monitor import Monitor
 from riglens.core.rig.presets import PAPER_RIGS, preset
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.shown_tables import Block, ShownTable, Styled, table
 from riglens.core.shown_values import thousands
-from riglens.core.study.table1 import MEASURES, Measure, Table1, Table1Row, table1
+from riglens.core.study.paper_claims import claims, sweeps
+from riglens.core.study.table1 import MEASURES, Measure, Table1, Table1Row, published_table1, table1
 from riglens.evaluation.loading import load_scene
 from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.evaluation.scenario import settings_of
 from riglens.evaluation.scene_words import scene_lines
 from riglens.studies.files import csv_text
+from riglens.studies.paper_claims import CameraScores, camera_scores, claims_shown
 from riglens.studies.table2 import compare_papers, papers_shown, write_papers
 
 MEASURE_TITLES: dict[Measure, str] = {
@@ -35,11 +39,12 @@ def study(
     score: ScoreOptions,
     csv_target: Path | None,
     detection_csv: Path | None,
+    sheet_target: Path | None,
     monitor: Monitor,
 ) -> list[Block]:
-    """Return the paper's Tables I and II next to our figures, and the agreement of the orders; also write them as
-    CSV."""
-    for target in (csv_target, detection_csv):
+    """Return the paper's Tables I and II next to our figures, the agreement of the orders, and what the paper claims;
+    also write tables as CSV, and its groups as a sheet."""
+    for target in (csv_target, detection_csv, sheet_target):
         if target is not None:
             require_writable(target, scene.files)
     rigs = [preset(name) for name in PAPER_RIGS]
@@ -52,13 +57,38 @@ def study(
         write_papers(papers, detection_csv)
     if csv_target is not None:
         write_file(csv_target, table1_csv(found))
+    if sheet_target is not None:
+        from riglens.studies.paper_sheet import sheet  # matplotlib
+        from riglens.studies.pictures import write_picture
+
+        write_picture(sheet_target, sheet())
+    published = published_table1()
+    ours = {row.rig: row.ours for row in found.rows}
+    voxels = _camera_scores(engine, field.grid.voxel_m, scene, score, monitor)
     return [
         *scene_lines(field, rigs, score),
         figures_table(found),
         orders_table(found),
         *verdict(found),
         *papers_shown(papers),
+        *claims_shown(
+            claims(papers[0].paper, published, DEFAULT_LAMBDA),
+            sweeps(papers[0].paper, ours, DEFAULT_LAMBDA),
+            voxels,
+        ),
     ]
+
+
+def _camera_scores(
+    engine: Engine, voxel_m: float, scene: SceneOptions, score: ScoreOptions, monitor: Monitor
+) -> list[CameraScores]:
+    """Score the cameras on the voxels of the scene, and on twice as large ones where the scene can be filled again."""
+    found = [camera_scores(engine, voxel_m, settings_of(score))]
+    if scene.pog is None:
+        coarse = replace(scene, voxel_m=2.0 * voxel_m, tolerance_pp=None)
+        field = load_scene(coarse, monitor)[1]
+        found.append(camera_scores(Engine(field, score.threads), 2.0 * voxel_m, settings_of(score)))
+    return found
 
 
 def table1_csv(found: Table1) -> str:

@@ -35,9 +35,11 @@ TITLES = {
     "on_target": "on target",
     "share_5": "≥ 5 pts",
     "share_1": "≥ 1 pt",
+    "perception": "perception entropy",
 }
-_SHOWN = tuple(name for name in SURROGATES if name not in ("rays", "predicted"))
+_COMPARED = tuple(name for name in SURROGATES if name not in ("rays", "predicted"))
 """Rigs of a paper all cast the same number of rays; predicted AP is of another detector."""
+_SHOWN = tuple(name for name in _COMPARED if name != "perception")
 SURE_P = 0.05
 _IN_NATS = ("s_ms", "residual", "hits")
 
@@ -116,7 +118,7 @@ def ranks_table(one: Compared) -> ShownTable:
     titles = (f"\n{column}" for column in COLUMNS)
     shown = table(f"{one.paper.name}\nρ (95 %)", *titles, words=range(1 + len(COLUMNS)), dense=True)
     by_key = {(it.surrogate, it.column): it.found for it in one.agreements}
-    for name in _SHOWN:
+    for name in _COMPARED:
         shown.add_row(TITLES[name], *(_rank(by_key[name, column]) for column in COLUMNS))
     return shown
 

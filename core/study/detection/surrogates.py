@@ -17,6 +17,7 @@ from riglens.core.metric.scores import PAPER_SETTINGS, Reading
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.study.detection.protocol import Entrant
 from riglens.core.study.detection.statistics import COLUMNS
+from riglens.core.study.perception_entropy import fused_precision
 from riglens.core.targets.counts import Counted
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import TargetSettings
@@ -33,10 +34,12 @@ SURROGATES = {
     "on_target": "mean over objects of 1 - exp(-cells/5), 0 to 1",
     "share_5": "share of objects with 5 LiDAR points or more, 0 to 1",
     "share_1": "share of objects with a LiDAR point, 0 to 1",
+    "perception": "perception entropy read as AP, 0 to 1 (riglens.core.study.perception_entropy)",
     "rays": "LiDAR rays of a frame",
 }
-"""Figures compared with average precision, by name, of the sensors that take part; the last two are baselines to beat.
-S-MS and seen are of the whole region of the scores, figures of objects of those that average precision is over."""
+"""Figures compared with average precision, by name, of the sensors that take part; share_1 and rays are baselines to
+beat. S-MS and seen are of the whole region of the scores, figures of objects of those that average precision is
+over."""
 _READINGS: dict[str, Reading] = {"s_ms": "covered", "residual": "residual", "hits": "hits"}
 LOWER_IS_MORE = ("s_ms", "hits")
 """Figures whose lower values mean more coverage."""
@@ -94,6 +97,7 @@ def _of(
 def _of_objects(counted: Counted, judged: NDArray[np.bool_] | None) -> dict[str, list[float]]:
     cls = counted.groups.cls
     values = {one.key: one.values(counted) for one in (PREDICTED, ON_TARGET, SHARE_5, SHARE_1)}
+    values["perception"] = fused_precision(counted.objects)
     inside = counted.groups.inside(counted.calibration.domain)  # where the detector was judged
     values[PREDICTED.key] = np.where(inside, values[PREDICTED.key], np.nan)
 
@@ -106,7 +110,7 @@ def _of_objects(counted: Counted, judged: NDArray[np.bool_] | None) -> dict[str,
     figures = (ON_TARGET, SHARE_5, SHARE_1)
     rows = [one.total for one in parts_by_class(counted, figures).values()]
     own = {one.key: [row[one.key].value for row in rows] for one in figures}
-    return {PREDICTED.key: by_class(values[PREDICTED.key])} | own
+    return {key: by_class(values[key]) for key in (PREDICTED.key, "perception")} | own
 
 
 def _mean(values: NDArray[Any]) -> float:

@@ -33,9 +33,11 @@ def table1(tmp_path_factory):
     folder = tmp_path_factory.mktemp("table1")
     (folder / "boxes.csv").write_text(BOXES)
     files = ("--csv", folder / "table1.csv", "--detection-csv", folder / "table2.csv")
-    arguments = ("study", "table1", "--boxes", folder / "boxes.csv", *SMALL_GRID, *files)
+    sheet = folder / "groups.png"
+    arguments = ("study", "table1", "--boxes", folder / "boxes.csv", *SMALL_GRID, *files, "--sheet", sheet)
     with contextlib.redirect_stdout(io.StringIO()) as out:
         assert main([str(argument) for argument in arguments]) == 0
+    assert sheet.read_bytes().startswith(b"\x89PNG")
     return out.getvalue(), *([*csv.DictReader(path.read_text().splitlines())] for path in files[1::2])
 
 
@@ -80,6 +82,16 @@ def test_published_detection_stands_beside_our_figures(table1):
     assert "Line 49.6 < Trapezoid 50.9 < Pyramid 52.2 < Center 52.5" in out
     assert len(rows) == (8 + 5) * 4 and {row["paper"] for row in rows} == {"ICRA, Table II", "Place3D"}
     assert all(0.0 <= float(row["on_target"]) <= 1.0 for row in rows)
+
+
+def test_claims_of_the_paper_stand_beside_what_its_tables_say(table1):
+    out = table1[0]
+    assert "28.7 points" in out and "48 of 48" in out
+    lines = [line.split() for line in out.splitlines()]
+    assert ["mean", "of", "detectors", "+0.98", "+1.00", "+0.98"] in lines
+    assert sum("perception entropy" in line for line in out.splitlines()) == 2  # a line for each paper
+    edges = [float(line[1]) for line in lines if line[:1] == ["voxel"] and line[2:] == ["m"]]
+    assert len(edges) == 2 and edges[1] == 2.0 * edges[0]
 
 
 def test_a_pog_has_no_road_users_to_count_points_on(riglens, boxes, tmp_path):
