@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from riglens.arguments import StrPath, Warnings, scene_options
 from riglens.core.metric.scores import DEFAULT_LAMBDA, Body, Method, Reading
 from riglens.core.rig.model import Rig
-from riglens.core.sweep.design import Span, Sweep
+from riglens.core.sweep.design import Span
 from riglens.core.sweep.table import document_of, header_of, main_figures, write
 from riglens.core.targets.settings import Phase
 from riglens.core.targets.shapes import Shape
@@ -133,11 +133,10 @@ def sweep(
     that is not there, a value that does not fit, or arguments that disagree.
     """
     from riglens.core.pieces.backend import Backend
-    from riglens.evaluation.sweeping import LoadedSweep
-    from riglens.jobs.sweeping import design_of, run_sweep, sweep_options
+    from riglens.jobs.sweeping import DesignOptions, swept
 
-    spans = [Span.of(field, values) for field, values in (vary or {}).items()]
-    made = design_of(spans, sobol, design_seed, None if design is None else Path(design))
+    how = DesignOptions((), sobol, None if design is None else Path(design), design_seed, compute, blind_m)
+    made = how.design([Span.of(field, values) for field, values in (vary or {}).items()])
     scene = scene_options(
         boxes, origin_m=origin_m, frames=frames, classes=classes, find_ground=find_ground, voxel_m=voxel_m,
         roi_m=roi_m, pog=pog, surroundings=surroundings, occluders=occluders,
@@ -146,8 +145,8 @@ def sweep(
     curves = None if calibration is None else Path(calibration)
     count = CountOptions(within_m, sample, shape, range_law, phase, seed, min_points, curves)
     several = with_blocking_meshes(rigs, score, mesh_folder)
-    options = sweep_options(several, scene, count, score, compute, blind_m)
+    figures = how.figures(scene, count, score)
     with tempfile.TemporaryDirectory(prefix="riglens-") as folder:
         path = Path(folder) / "sweep.parquet" if out is None else Path(out)
-        loaded = LoadedSweep(Sweep.of(several, made), options, made.kind, threads)
-        return SweepResult(run_sweep(loaded, path, Backend(workers, dask), Warnings()))
+        backend = Backend(workers, dask)
+        return SweepResult(swept(several, made, figures, scene, within_m, score, path, backend, Warnings()))

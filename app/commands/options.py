@@ -125,7 +125,9 @@ def taken(group: Group, *names: str) -> Taken:
     return Taken(dict.fromkeys(names, group))
 
 
-def all_of(options: type, group: Group | None = None, others: Mapping[str, Group] | None = None) -> Taken:
+def all_of(
+    options: type, group: Group | None = None, others: Mapping[str, Group | None] | None = None
+) -> Taken:
     """Return all fields of a class of options in one group, but for some in others."""
     return Taken({one.name: (others or {}).get(one.name, group) for one in fields(options)})
 

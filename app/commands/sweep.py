@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from cyclopts import Group, Parameter
@@ -20,10 +20,9 @@ from riglens.app.commands.options import (
     RigNames,
     ScoreArguments,
     Surroundings,
-    Whole,
     Workers,
+    all_of,
     command,
-    number,
 )
 from riglens.app.commands.output import deliver, require_outputs
 from riglens.app.terminal.console import TERMINAL, results
@@ -31,7 +30,6 @@ from riglens.app.terminal.loading import load_rigs
 from riglens.core.files import require_ending
 from riglens.core.pieces.backend import Backend
 from riglens.core.shown_text import visible
-from riglens.core.sweep.design import Span, Sweep
 from riglens.core.sweep.table import (
     better_of,
     document_of,
@@ -41,27 +39,20 @@ from riglens.core.sweep.table import (
     near_best,
 )
 from riglens.evaluation.options import CountOptions, SceneOptions, ScoreOptions
-from riglens.evaluation.sweeping import LoadedSweep
-from riglens.jobs.sweeping import design_of, run_sweep, sweep_options
+from riglens.jobs.sweeping import DesignOptions, swept
 
 if TYPE_CHECKING:
     from pyarrow import Table
 
 DESIGN = Group("Design", sort_key=5)
+DesignArguments = Annotated[DesignOptions, all_of(DesignOptions, DESIGN, {"compute": None, "blind_m": None})]
 
 
 @command
 def sweep(
     *rigs: RigNames,
     out: Annotated[Path, Parameter(metavar="FILE.parquet")],
-    vary: Annotated[
-        tuple[str, ...], Parameter(group=DESIGN, metavar="FIELD=FROM:TO:N", show_default=False)
-    ] = (),
-    sobol: Annotated[Whole, Parameter(group=DESIGN)] = None,
-    table: Annotated[Path | None, Parameter(group=DESIGN, metavar="FILE")] = None,
-    design_seed: Annotated[int, number(DESIGN)] = 0,
-    compute: Annotated[Literal["score", "targets"] | None, Parameter(show_choices=True)] = None,
-    blind: Annotated[float | None, Parameter(metavar="M")] = None,
+    how: DesignArguments = DesignOptions(),
     chart: Annotated[Path | None, Parameter(metavar="FILE.png|.svg")] = None,
     figure: Annotated[tuple[str, ...], Parameter(metavar="COLUMN", show_default=False)] = (),
     scene: EverythingArguments = SceneOptions(),
@@ -81,18 +72,6 @@ def sweep(
         Rig files or preset names; each gets every value.
     out
         File to store the table in. Finished parts are kept next to it, in FILE.parts, until all rigs are done.
-    vary
-        Field and its values, such as LIDAR_TOP.z=1.6:2.2:13 (metres, degrees); repeated: all combinations.
-    sobol
-        Vary all fields at once instead, over this number of points of a Sobol sequence.
-    table
-        Take the values from a CSV or Parquet file with a column per field and a row per rig.
-    design_seed
-        Seed of the Sobol sequence.
-    compute
-        Compute scores or hit coverage alone.
-    blind
-        Also measure the area where an object of this height is in no sensor's view.
     chart
         Also draw the figures over the one or two varied fields, with their noise.
     figure
@@ -107,27 +86,25 @@ def sweep(
     backend = Backend(workers, dask)
     require_ending("out", out, ".parquet")
     require_ending("chart", chart, ".png", ".svg")
-    require_outputs((*rigs, *scene.files, *([table] if table else [])), out, chart, json)
-    design = design_of([Span.parsed(text) for text in vary], sobol, design_seed, table)
+    require_outputs((*rigs, *scene.files, *([how.table] if how.table else [])), out, chart, json)
+    design = how.design()
     loaded = load_rigs(rigs, score, reading.libraries, reading.housings)
-    options = sweep_options(loaded, scene.surrounded(surroundings), count, score, compute, blind)
-    sweep = LoadedSweep(Sweep.of(loaded, design), options, design.kind, score.threads)
-    if chart is not None:
-        from riglens.studies.sweep_chart import require_drawable  # matplotlib
+    scene = scene.surrounded(surroundings)
+    figures = how.figures(scene, count, score)
 
-        require_drawable(sweep.header, figure)
-    found = run_sweep(sweep, out, backend, TERMINAL)
+    def check(header: Mapping[str, Any]) -> None:
+        if chart is not None:
+            from riglens.studies.sweep_chart import require_drawable  # matplotlib
+
+            require_drawable(header, figure)
+
+    found = swept(loaded, design, figures, scene, count.within_m, score, out, backend, TERMINAL, check)
     if chart is not None:
-        draw(found, figure, chart)
+        from riglens.studies.pictures import write_picture
+        from riglens.studies.sweep_chart import sweep_figure  # matplotlib
+
+        write_picture(chart, sweep_figure(found, figure))
     deliver(document_of(found), json, lambda: print_figures(found, out))
-
-
-def draw(found: Table, figures: Sequence[str], path: Path) -> None:
-    """Draw the chart of a sweep into a file; raise InputError where its fields or figures cannot be drawn."""
-    from riglens.studies.pictures import write_picture
-    from riglens.studies.sweep_chart import sweep_figure  # matplotlib
-
-    write_picture(path, sweep_figure(found, figures))
 
 
 def print_figures(found: Table, out: Path) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -75,11 +75,35 @@ class SearchOptions:
     frames: Annotated[
         int, OptionHelp("N", "Number of frames to choose by; the gain is checked in others.")
     ] = 100
+    box_m: Annotated[
+        str | None,
+        OptionHelp(
+            "X0,X1,Y0,Y1,Z0,Z1", "Mount sensors in the air in this box, in metres, instead of on the skin."
+        ),
+    ] = None
+    move: Annotated[
+        tuple[str, ...],
+        OptionHelp(
+            "NAME[=M]",
+            "Let a sensor of the rig and its mirror partner go anywhere on the skin, or M metres far; may be repeated.",
+        ),
+    ] = ()
+    exchange: Annotated[
+        tuple[str, ...],
+        OptionHelp(
+            "NAME=MODEL",
+            "Let a sensor of the rig be exchanged for a model, in its place unless it may move; may be repeated.",
+        ),
+    ] = ()
+    held_out: Annotated[int, OptionHelp("N", "Number of other frames to check the gain in.")] = 1000
+    seed: Annotated[int, OptionHelp("N", "Seed of mounts, LiDAR phases and lost rays.")] = 0
 
     def __post_init__(self) -> None:
         objective_named(self.objective)
         numbers_of("cost", self.cost)
         self.weights()
+        self.box()
+        self.moves()
 
     def replace(self, **changes: Any) -> SearchOptions:
         """Return the options with some fields changed; raise InputError for words that do not fit."""
@@ -111,10 +135,30 @@ class SearchOptions:
             problem = problems(error, rules)[0]
             raise InputError(problem.complaint.strip(), _FIELDS[str(problem.path[0])]) from error
 
-    def additions(
-        self, rules: MountLimits | None = None, box_m: tuple[tuple[float, float], ...] | None = None
-    ) -> Additions:
-        """Return what may be added, by these rules instead of those of the options, or in a box in the air."""
+    def box(self) -> tuple[tuple[float, float], ...] | None:
+        """Return the box in the air along x, y and z."""
+        if self.box_m is None:
+            return None
+        try:
+            x0, x1, y0, y1, z0, z1 = map(float, self.box_m.split(","))
+        except ValueError:
+            raise InputError(f"must be X0,X1,Y0,Y1,Z0,Z1 (got '{self.box_m}')", "box_m") from None
+        return (x0, x1), (y0, y1), (z0, z1)
+
+    def moves(self) -> tuple[Mapping[str, float], Mapping[str, Sequence[str]]]:
+        """Return how far sensors may go, metres, and the models that they may be exchanged for."""
+        radius_m, models = dict[str, float](), dict[str, list[str]]()
+        for word in self.move:
+            radius_m |= numbers_of("move", (word,)) if "=" in word else {word: math.inf}
+        for word in self.exchange:
+            name, _, model = word.rpartition("=")
+            if not name:
+                raise InputError(f"must be NAME=MODEL (got '{word}')", "exchange")
+            models.setdefault(name, []).append(model)
+        return radius_m, models
+
+    def additions(self, rules: MountLimits | None = None) -> Additions:
+        """Return what may be added, by these rules instead of those of the options."""
         from riglens.core.optimise.mounts import Additions
 
         return Additions(
@@ -125,11 +169,12 @@ class SearchOptions:
             math.inf if self.budget is None else self.budget,
             rules or self.rules(),
             self.spots_m,
-            box_m=box_m,
+            box_m=self.box(),
         )
 
     def problem(self, rig: Rig, traffic: Traffic, additions: Additions | None = None, **more: Any) -> Problem:
         """Return the problem of a rig in traffic; `more`: its further fields."""
+        from riglens.core.optimise.mounts import moves_of
         from riglens.core.optimise.problem import Problem
 
         return Problem(
@@ -138,7 +183,10 @@ class SearchOptions:
             additions or self.additions(),
             self.objective,
             self.frames,
+            self.held_out,
+            self.seed,
             blind_m=self.blind_m,
+            moves=moves_of(*self.moves()),
             weights=self.weights(),
             **more,
         )
