@@ -220,6 +220,10 @@ class Engine:
         slots = [rows[self._shape_of(sensor, method)] for sensor in sensors]
         return self._state.stack, np.array(slots, np.int64)
 
+    def stop_of(self, sensor: Sensor, method: Method) -> Obstacle | None:
+        """Return what stops the rays of a sensor of the rig evaluated last; None where its own car does not."""
+        return self._shape_of(sensor, method).stop
+
     def _shape_of(self, sensor: Sensor, method: Method) -> _Shape:
         """Return the shape of a sensor's rays, except for the current body; cached for the rig evaluated last."""
         stop = None if self._solid is None else self._solid.fingerprint

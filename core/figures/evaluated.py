@@ -90,17 +90,19 @@ class Evaluator:
         stance: Pose = Pose(),
         cancel: IsStale = never_stale,
         settings: EvaluationSettings | None = None,
+        with_seen: bool = False,
     ) -> Evaluated:
         """Evaluate a rig for figures with these needs, as far as the scene has what they take.
 
         frames: of the sampling order in which objects are counted, all by default; stance: of the car, for a rig whose
-        poses are those of a car that stands otherwise than on level ground; settings: other ones than the evaluator's.
+        poses are those of a car that stands otherwise than on level ground; settings: other ones than the evaluator's;
+        with_seen: keep the voxels that the sensors of each kind see.
         Raise Cancelled as soon as `cancel` returns True.
         """
         how = settings or self.settings
         found = Evaluated(rig, how, self.field)
         if "voxels" in needs and self.field is not None:
-            voxels = self.voxels.evaluate(rig, how.metric, False, stance, cancel)
+            voxels = self.voxels.evaluate(rig, how.metric, with_seen, stance, cancel)
             found = replace(found, voxels=voxels)
         if "objects" in needs and self.traffic is not None:
             objects = self.objects.evaluate(rig, how.targets, frames, stance, cancel)

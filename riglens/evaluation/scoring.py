@@ -4,30 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
-from riglens.core.blind.zones import BlindEngine, BlindMap, BlindSettings
+from riglens.core.blind.zones import BlindMap, BlindSettings
 from riglens.core.engine.engine import Engine, Evaluation
 from riglens.core.engine.inspect import sees_voxel
 from riglens.core.engine.sight import Sight, sight
+from riglens.core.errors import never_stale
+from riglens.core.figures.evaluated import EvaluationSettings, Evaluator, Need
 from riglens.core.figures.heatmaps import NO_WORDS, Heatmaps, Marks, VoxelHeatMap
 from riglens.core.figures.registry import voxel_heat_map, voxel_set_named
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.estimate import estimated
-from riglens.core.metric.scores import Method, MetricSettings, Scores
-from riglens.core.metric.voxel import Voxel, VoxelFacts, voxel_facts
-from riglens.core.rig.model import Rig, Sensor, Vehicle
+from riglens.core.metric.scores import MetricSettings, Scores
+from riglens.core.metric.voxel import Voxel, voxel_facts
+from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.boxes import CLASSES, Progress
 from riglens.core.scene.columns import Words
 from riglens.core.scene.pog import Pog, coarse_pog
-from riglens.core.sensing.body_ends import barrier_of
-from riglens.core.vehicle.housings import car_of
-from riglens.core.vehicle.solid import Solid
+from riglens.core.sensing.body_ends import Obstacle
 from riglens.core.view.display import DisplayGrid
 from riglens.core.view.outlook import widest_gap
-from riglens.core.view.top_view import TopView
 from riglens.core.view.top_views import TopViews
 from riglens.evaluation.edit_costs import EditCosts
 from riglens.evaluation.known_body import known_body, with_known_body
@@ -75,54 +73,55 @@ class Scoring:
 
     def __init__(self, scene: LoadedScene, threads: int | None, coarse_above_ms: float = FRAME_MS) -> None:
         self.scene = scene
-        self._threads = threads
         self._coarse_above_ms = coarse_above_ms
-        self._engine = Engine(scene.field, threads)
+        self._evaluate = Evaluator(scene.field, threads=threads)
+        self._others = Evaluator(scene.field, threads=threads)
+        self._coarse = Evaluator(scene.coarse, threads=threads)
         self._top_views = TopViews(scene.field)
         self._costs, self._coarse_costs = EditCosts(), EditCosts()
         self._baseline: _Baseline | None = None
         self._reporter = VoxelReporter(scene.heatmaps.display.pog)
-        self._coarse: Engine | None = None
-        self._others: Engine | None = None
         self._was_slow = False
         self._known: tuple[MetricSettings, Scores, Scores] | None = None
-        self._around: tuple[Vehicle, BlindEngine] | None = None
 
     # ------------------------------------------------------------------ exact
     def exact(self, request: EvaluationRequest, cancel: Cancel) -> Result:
-        """Return the exact result; raise Cancelled when `cancel` returns True half-way."""
-        heat = voxel_heat_map(request.heat)
-        has_seen = (heat is not None and heat.of_rig) or request.map_by is not None
-        settings = with_known_body(request.settings, request.rig)
-        evaluation = self._engine.evaluate(request.rig, settings, has_seen, cancel=cancel)
-        self._costs.note(request.rig, evaluation.elapsed_ms)
-        seen = NO_WORDS if heat is None else heat.sets(self._engine, evaluation)
-        top_view = self._top_view(request, evaluation)
-        picked = self._picked(request, evaluation)
+        """Return the exact result; raise Cancelled when `cancel` returns True half-way.
+
+        The rig is evaluated first; heatmap, map and picked voxel are views of that.
+        """
+        heat, top_view = voxel_heat_map(request.heat), None
+        found, ground = self._evaluated(request, request.rig, heat, cancel)
+        engine = self._evaluate.voxels
+        seen = NO_WORDS if heat is None else heat.sets(engine, found)
+        if request.map_by is not None:
+            on_map, cls = voxel_set_named(request.map_by).of(engine, found), CLASSES.index(request.heat_class)
+            top_view = self._top_views.view(cls, request.heat_class, request.map_by, on_map)
+        picked = self._reporter.report(engine, found, request.voxel, request.is_preview)
         # last: the engine may hold its sensors afterwards
-        baseline = self._baseline_of(request, evaluation, heat)
+        baseline = self._baseline_of(request, found, heat)
         marks = Marks(seen, baseline.seen, baseline.rig.name)
         drawn = None if heat is None else self.scene.heatmaps.drawn(heat, request.heat_class, marks)
-        blind = self._blind_map(request.rig) if request.blind else None
-        return Result(request, self.scene, evaluation, baseline.scores, drawn, top_view, picked, marks, blind)
+        return Result(request, self.scene, found, baseline.scores, drawn, top_view, picked, marks, ground)
 
-    def _top_view(self, request: EvaluationRequest, evaluation: Evaluation) -> TopView | None:
-        """Return the map from above of the evaluation just made, if requested."""
-        if request.map_by is None:
-            return None
-        seen = voxel_set_named(request.map_by).of(self._engine, evaluation)
-        cls = CLASSES.index(request.heat_class)
-        return self._top_views.view(cls, request.heat_class, request.map_by, seen)
-
-    def _picked(self, request: EvaluationRequest, evaluation: Evaluation) -> PickedVoxel | None:
-        """Return the picked voxel as the latest evaluation sees it."""
-        voxel = request.voxel
-        if voxel is None or any(i >= n for i, n in zip(voxel, self.scene.field.grid.shape, strict=True)):
-            return None
-        blocks = evaluation.settings.body == "blocks"
-        solid = car_of(request.rig) if blocks else None
-        asked = VoxelRequest(request.settings.method, voxel, solid, request.is_preview)
-        return self._reporter.report(self._engine, request.rig, asked)
+    def _evaluated(
+        self,
+        request: EvaluationRequest,
+        rig: Rig,
+        heat: VoxelHeatMap | None,
+        cancel: Cancel = never_stale,
+    ) -> tuple[Evaluation, BlindMap | None]:
+        """Return the voxels of a rig, those seen too where a view takes them, and its blind zones if requested: around
+        the car, which is solid once its mesh has been read."""
+        settings = EvaluationSettings(
+            with_known_body(request.settings, rig), blind=BlindSettings(body=known_body(rig, "blocks"))
+        )
+        has_seen = (heat is not None and heat.of_rig) or request.map_by is not None
+        needs: tuple[Need, ...] = ("voxels", "ground") if request.blind else ("voxels",)
+        found = self._evaluate(rig, needs, cancel=cancel, settings=settings, with_seen=has_seen)
+        assert found.voxels is not None
+        self._costs.note(rig, found.voxels.elapsed_ms)
+        return found.voxels, found.ground
 
     def _baseline_of(
         self, request: EvaluationRequest, evaluation: Evaluation, heat: VoxelHeatMap | None
@@ -135,28 +134,17 @@ class Scoring:
         if known is None or not is_known or (heat is not None and heat != known.heat):
             found = evaluation
             if request.rig != rig:
-                found = self._engine.evaluate(rig, with_known_body(settings, rig), heat is not None)
-                self._costs.note(rig, found.elapsed_ms)
-            seen = NO_WORDS if heat is None else heat.sets(self._engine, found)
+                found, _ = self._evaluated(replace(request, map_by=None, blind=False), rig, heat)
+            seen = NO_WORDS if heat is None else heat.sets(self._evaluate.voxels, found)
             known = self._baseline = _Baseline(rig, settings, found.scores, heat, seen)
         return known
-
-    def _blind_map(self, rig: Rig) -> BlindMap:
-        """Return the blind zones around the car, which is solid once its mesh has been read; an engine follows edits
-        until there is another car."""
-        if self._around is None or self._around[0] != rig.vehicle:
-            settings = BlindSettings(body=known_body(rig, "blocks"))
-            self._around = rig.vehicle, BlindEngine(rig.vehicle, settings, self._threads)
-        return self._around[1].evaluate(rig)
 
     def other(self, rig: Rig, settings: MetricSettings, cancel: Cancel) -> Scores:
         """Return the exact scores of a rig other than the one being edited; raise Cancelled when `cancel` returns True.
 
         It uses a second engine, so the next edit still casts only what it changes.
         """
-        if self._others is None:
-            self._others = Engine(self.scene.field, self._threads)
-        return self._others.evaluate(rig, with_known_body(settings, rig), False, cancel=cancel).scores
+        return self._others.voxels.evaluate(rig, with_known_body(settings, rig), False, cancel=cancel).scores
 
     # ------------------------------------------------------------------ coarse
     def is_slow(self, request: EvaluationRequest) -> bool:
@@ -195,12 +183,9 @@ class Scoring:
         self._known = (result.evaluation.settings, found.scores, result.evaluation.scores)
 
     def _evaluate_coarse(self, rig: Rig, settings: MetricSettings, cancel: Cancel) -> Evaluation:
-        assert self.scene.coarse is not None
-        if self._coarse is None:
-            self._coarse = Engine(self.scene.coarse, self._threads)
         # an estimate needs only what is seen
         covered = replace(with_known_body(settings, rig), reading="covered")
-        found = self._coarse.evaluate(rig, covered, False, cancel=cancel)
+        found = self._coarse.voxels.evaluate(rig, covered, False, cancel=cancel)
         self._coarse_costs.note(rig, found.elapsed_ms)
         return found
 
@@ -215,43 +200,37 @@ def _same_sets(one: MetricSettings, other: MetricSettings) -> bool:
     return (one.method, one.body) == (other.method, other.body)
 
 
-class VoxelRequest(NamedTuple):
-    """Request about a voxel: its place, method and body; a preview leaves out new reasons."""
-
-    method: Method
-    voxel: Voxel
-    solid: Solid | None
-    is_preview: bool
-
-
 class VoxelReporter:
     """Reporter of one voxel while the rig changes; reasons are kept for sensors that stay."""
 
     def __init__(self, pog: Pog) -> None:
         self._pog = pog
-        self._kept: dict[tuple[Sensor, Voxel, Solid | None], Sight] = {}
+        self._kept: dict[tuple[Sensor, Voxel, Obstacle | None], Sight] = {}
 
-    def report(self, engine: Engine, rig: Rig, asked: VoxelRequest) -> PickedVoxel:
-        """Return the voxel as the engine's last evaluation, of this rig, sees it."""
-        voxel = asked.voxel
-        facts = voxel_facts(self._pog, voxel)
+    def report(
+        self, engine: Engine, evaluation: Evaluation, voxel: Voxel | None, is_preview: bool
+    ) -> PickedVoxel | None:
+        """Return a voxel as the evaluation that the engine has just made sees it, None outside the grid; a preview
+        leaves out new reasons."""
+        if voxel is None or any(i >= n for i, n in zip(voxel, self._pog.grid.shape, strict=True)):
+            return None
+        facts, method = voxel_facts(self._pog, voxel), evaluation.settings.method
         if not facts.is_informative:
             return PickedVoxel(facts, ())
         kept, self._kept = self._kept, {}
         sights = []
-        for sensor in rig.sensors:
-            sees = sensor.enabled and bool(sees_voxel(engine, sensor, asked.method, voxel))
-            found = kept.get((sensor, voxel, asked.solid))
+        for sensor in evaluation.rig.sensors:
+            sees = sensor.enabled and bool(sees_voxel(engine, sensor, method, voxel))
+            stop = engine.stop_of(sensor, method) if sensor.enabled else None
+            found = kept.get((sensor, voxel, stop))
             if found is None or (found.verdict == "sees") != sees:
-                found = self._look(sensor, facts, sees, asked)
+                if is_preview and sensor.enabled and not sees:
+                    away = np.array(facts.centre_m) - np.array(sensor.position)
+                    found = Sight(sensor.name, "missed", float(np.linalg.norm(away)))
+                else:
+                    barrier = None if stop is None else stop.barrier
+                    found = sight(sensor, self._pog.grid, voxel, sees, barrier)
             if found.verdict != "missed":
-                self._kept[sensor, voxel, asked.solid] = found
+                self._kept[sensor, voxel, stop] = found
             sights.append(found)
         return PickedVoxel(facts, tuple(sights))
-
-    def _look(self, sensor: Sensor, facts: VoxelFacts, sees: bool, asked: VoxelRequest) -> Sight:
-        if asked.is_preview and sensor.enabled and not sees:
-            away = np.array(facts.centre_m) - np.array(sensor.position)
-            return Sight(sensor.name, "missed", float(np.linalg.norm(away)))
-        barrier = None if asked.solid is None else barrier_of(sensor, asked.solid)
-        return sight(sensor, self._pog.grid, facts.voxel, sees, barrier)

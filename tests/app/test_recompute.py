@@ -13,10 +13,11 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-import riglens.evaluation.scoring
+import riglens.core.figures.evaluated
 from riglens.app.background.compiling import OtherKernels
 from riglens.app.background.recompute import CANCELLED, Recompute
 from riglens.core.errors import Cancelled, InputError
+from riglens.core.geometry import Pose
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import Progress
@@ -199,6 +200,7 @@ class SlowEngine:
         rig: Any,
         settings: Any,
         with_seen: bool = True,
+        stance: Pose = Pose(),
         cancel: Callable[[], bool] = lambda: False,
     ) -> Any:
         if self.gates:
@@ -208,12 +210,12 @@ class SlowEngine:
         return self._engine.evaluate(rig, settings)
 
 
-app_engine = riglens.evaluation.scoring.Engine
+app_engine = riglens.core.figures.evaluated.Engine
 
 
 def start_slow(start: StartWorker, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, gates: int) -> Any:
     SlowEngine.gates = []
-    monkeypatch.setattr(riglens.evaluation.scoring, "Engine", SlowEngine)
+    monkeypatch.setattr(riglens.core.figures.evaluated, "Engine", SlowEngine)
     worker = start()
     worker.recompute.load(scene_options(tmp_path))
     worker.wait(lambda: worker.ended == [""])
@@ -271,7 +273,7 @@ def test_a_failure_is_reported_and_the_next_request_is_answered(
         raise ZeroDivisionError("no way")
 
     with monkeypatch.context() as broken:
-        broken.setattr(riglens.evaluation.scoring.Engine, "evaluate", fail)
+        broken.setattr(riglens.core.figures.evaluated.Engine, "evaluate", fail)
         worker.recompute.evaluate(request(1))
         worker.wait(lambda: bool(worker.failures))
     assert "ZeroDivisionError: no way" in worker.failures[0]

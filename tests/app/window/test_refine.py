@@ -15,7 +15,7 @@ import pytest
 from PySide6.QtCore import Qt
 from pytestqt.qtbot import QtBot
 
-import riglens.evaluation.scoring
+import riglens.core.figures.evaluated
 from riglens.core.engine.engine import Engine
 from riglens.core.errors import Cancelled
 from riglens.core.geometry import Pose
@@ -108,6 +108,7 @@ class TimedEngine:
         rig: Any,
         settings: Any,
         with_seen: bool = True,
+        stance: Pose = Pose(),
         cancel: Any = lambda: False,
     ) -> Any:
         if self._is_exact and self.gate is not None:
@@ -130,7 +131,7 @@ def timed(monkeypatch: pytest.MonkeyPatch) -> type[TimedEngine]:
     monkeypatch.setattr(TimedEngine, "coarse_ms", TimedEngine.coarse_ms)
     monkeypatch.setattr(TimedEngine, "gate", None)
     monkeypatch.setattr(TimedEngine, "reached", threading.Event(), raising=False)
-    monkeypatch.setattr(riglens.evaluation.scoring, "Engine", TimedEngine)
+    monkeypatch.setattr(riglens.core.figures.evaluated, "Engine", TimedEngine)
     return TimedEngine
 
 
