@@ -52,7 +52,8 @@ class Estimate:
     def minus(self, before: Estimate) -> Estimate:
         """Return the change from another estimate, or the reason of the one that is missing."""
         lacking = next((one for one in (self, before) if not one.exists), None)
-        return lacking or Estimate(self.value - before.value, state=self.state, reason=self.reason)
+        change = self.value - before.value
+        return lacking or Estimate(change, state=self.state, reason=self.reason, objects=before.objects)
 
     @classmethod
     def none(cls, reason: str) -> Estimate:

@@ -25,14 +25,11 @@ from riglens.core.review.redundancy import (
     MOST_PAIRED,
     Coverage,
     What,
+    coverage_of,
     failing_of,
     halves_of,
     lost_of,
     share,
-    target_counter,
-    target_coverage,
-    voxel_counter,
-    with_halves,
 )
 from riglens.core.review.requirements import Item, Requirements
 from riglens.core.review.sections import (
@@ -212,18 +209,12 @@ class Check:
 
     @cached_property
     def _voxels(self) -> Coverage:
-        subject = self._subject
-        coverage = voxel_counter(self._evaluate.voxels, self._settings)
-        found = coverage(subject.rig)
-        return with_halves(found, subject.rig, coverage) if self._tries_halves("voxels") else found
+        return coverage_of(self._evaluate, self._subject.rig, "voxels", self._tries_halves("voxels"))
 
     @cached_property
     def _objects(self) -> Coverage:
-        rig, how = self._subject.rig, self._targets.settings
-        found = target_coverage(self._targets)
-        if not self._tries_halves("objects"):
-            return found
-        return with_halves(found, rig, target_counter(self._evaluate.objects.beside(), how))
+        assert self._traffic is not None
+        return coverage_of(self._evaluate, self._subject.rig, "objects", self._tries_halves("objects"))
 
     def _tries_halves(self, of: str) -> bool:
         return any(one.of == of and one.failure == "half" for one in self._asked.losses)

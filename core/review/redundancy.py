@@ -10,15 +10,16 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import Literal, Protocol
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.engine.engine import Engine
 from riglens.core.engine.inspect import covered_at_least
+from riglens.core.figures.evaluated import Evaluator
 from riglens.core.kernels.review import overlap as kernel
-from riglens.core.metric.scores import Method, MetricSettings
+from riglens.core.metric.scores import Method
 from riglens.core.rig.edits import damaged
 from riglens.core.rig.groups import groups_of
 from riglens.core.rig.model import Rig, Sensor
@@ -29,12 +30,11 @@ from riglens.core.scene.sectors import SECTORS, sector_of
 from riglens.core.sensors.base import HALVES
 from riglens.core.sensors.registry import kind_names
 from riglens.core.targets.counts import Counted, ObjectCounts
-from riglens.core.targets.engine import TargetEngine
-from riglens.core.targets.settings import TargetSettings
 
 NO_EVIDENCE = "a count of views, no evidence of a safety integrity level (ASIL)"
 What = Literal["sensor", "pair", "group", "half"]
 """A failure to try; "half" is a sensor with half of its view blocked, which only some requests try."""
+Covered = Literal["voxels", "objects"]
 Sums = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 COVERED = ("1", "2", "3", "two kinds")
@@ -107,21 +107,30 @@ def _failures(sensors: Sequence[Sensor], lost: Callable[[tuple[str, ...]], Sums]
     return tuple(Failure(what, name, members, lost(members)) for what, name, members in failing_of(sensors))
 
 
-class Counter(Protocol):
-    """Counter of what a rig covers, with the losses by its failures if requested."""
-
-    def __call__(self, rig: Rig, with_failures: bool = True) -> Coverage:
-        """Return the coverage of a rig."""
-
-
-def with_halves(found: Coverage, rig: Rig, coverage: Counter) -> Coverage:
-    """Return a rig's coverage with the losses by half-blocked sensors; `coverage` computes that of any rig."""
+def coverage_of(evaluate: Evaluator, rig: Rig, of: Covered, halves: bool = False) -> Coverage:
+    """Evaluate a rig and return what it covers of voxels or of objects; with `halves`, the losses by half-blocked
+    sensors too."""
+    found = _coverage(evaluate, rig, of)
+    if not halves:
+        return found
     seen = found.covered[:, 0]
     failures = [
-        Failure("half", name, (name.rpartition("=")[0],), seen - coverage(other, False).covered[:, 0])
+        Failure(
+            "half",
+            name,
+            (name.rpartition("=")[0],),
+            seen - _coverage(evaluate, other, of, False).covered[:, 0],
+        )
         for name, other in halves_of(rig)
     ]
     return replace(found, failures=(*found.failures, *failures))
+
+
+def _coverage(evaluate: Evaluator, rig: Rig, of: Covered, with_failures: bool = True) -> Coverage:
+    objects = evaluate(rig, (of,)).objects
+    if objects is not None:
+        return target_coverage(objects, with_failures)
+    return voxel_coverage(evaluate.voxels, rig, evaluate.settings.metric.method, with_failures)
 
 
 # ---------------------------------------------------------------- voxels
@@ -179,16 +188,6 @@ def _once_and_twice(sets: Iterable[Words], keep: Words) -> tuple[Words, Words]:
     return once, twice
 
 
-def voxel_counter(engine: Engine, settings: MetricSettings) -> Counter:
-    """Return a function that evaluates a rig with an engine and counts the entropy that it covers."""
-
-    def coverage(rig: Rig, with_failures: bool = True) -> Coverage:
-        engine.evaluate(rig, settings, False)
-        return voxel_coverage(engine, rig, settings.method, with_failures)
-
-    return coverage
-
-
 # ---------------------------------------------------------------- objects
 
 
@@ -214,15 +213,6 @@ def target_coverage(counted: Counted, with_failures: bool = True) -> Coverage:
 
     failures = _failures(sensors, lost) if with_failures else ()
     return Coverage(tally(np.ones(len(objects.box), np.bool_)), covered, failures)
-
-
-def target_counter(engine: TargetEngine, settings: TargetSettings) -> Counter:
-    """Return a counter of the objects of an engine's traffic that rigs detect."""
-
-    def coverage(rig: Rig, with_failures: bool = True) -> Coverage:
-        return target_coverage(engine.evaluate(rig, settings), with_failures)
-
-    return coverage
 
 
 def _detected(objects: ObjectCounts, failed: tuple[str, ...], min_points: int) -> Flags:

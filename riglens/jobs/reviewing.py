@@ -11,26 +11,19 @@ from riglens.core.blind.zones import (
     BlindMap,
     BlindSettings,
 )
-from riglens.core.engine.engine import Engine
+from riglens.core.figures.evaluated import EvaluationSettings, Evaluator
 from riglens.core.kernels.runtime import jit
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.monitor import Monitor
 from riglens.core.review.documents import coverage_document
 from riglens.core.review.profiles import Profile
-from riglens.core.review.redundancy import (
-    NO_EVIDENCE,
-    Counter,
-    Coverage,
-    target_counter,
-    voxel_counter,
-    with_halves,
-)
+from riglens.core.review.redundancy import NO_EVIDENCE, Coverage, coverage_of
 from riglens.core.review.verdicts import ProfileVerdict, verdicts
 from riglens.core.rig.model import FORMAT_VERSION, Rig
 from riglens.core.rig.yaml.file import identity_of
 from riglens.core.targets.detection_range import DetectionRange, RangePlan
 from riglens.core.targets.detection_range_making import detection_range_of
-from riglens.core.targets.engine import TargetEngine, warm_up
+from riglens.core.targets.engine import warm_up
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import Traffic
 from riglens.evaluation.options import ScoreOptions
@@ -90,15 +83,11 @@ def redundancy_of(
 ) -> Redundancy:
     """Return a rig's coverage of voxels and, where there is traffic, of objects; with `halves` also the losses by
     half-blocked sensors."""
-    settings, targets = settings_of(score), None
-
-    def found(coverage: Counter) -> Coverage:
-        return with_halves(coverage(rig), rig, coverage) if halves else coverage(rig)
-
+    settings = EvaluationSettings(settings_of(score), replace(counting, body=score.body))
+    evaluate, targets = Evaluator(field, traffic, settings, score.threads), None
     with monitor.stage("Casting rays"):
-        voxels = found(voxel_counter(Engine(field, score.threads), settings))
+        voxels = coverage_of(evaluate, rig, "voxels", halves)
     if traffic is not None:
         with monitor.stage("Counting objects"):
-            how = replace(counting, body=settings.body)
-            targets = found(target_counter(TargetEngine(traffic, score.threads), how))
+            targets = coverage_of(evaluate, rig, "objects", halves)
     return Redundancy(rig, score.body_of(rig), field, voxels, targets, counting.min_points)

@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 
 from riglens.core.engine.engine import Engine
+from riglens.core.figures.evaluated import EvaluationSettings, Evaluator
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Body, MetricSettings
 from riglens.core.review.documents import coverage_document
 from riglens.core.review.redundancy import (
     COVERED,
     Coverage,
+    coverage_of,
     lost_of,
     target_coverage,
-    voxel_counter,
     voxel_coverage,
-    with_halves,
 )
 from riglens.core.rig.edits import in_step
 from riglens.core.rig.groups import groups_of
@@ -95,10 +95,10 @@ def test_a_half_blocked_sensor_costs_what_the_rig_with_its_sector_blocked_lacks(
     field = random_field(FLAT, rng, share=0.3)
     rig = random_rig(rng, 3).replace(vehicle=Vehicle(length=3.0, width=1.4, height=1.2))
     settings = MetricSettings(body=body)
-    count = voxel_counter(Engine(field), settings)
-    plain = count(rig)
-    found = with_halves(plain, rig, count)
-    assert found.failures[: len(plain.failures)] == plain.failures
+    evaluate = Evaluator(field, settings=EvaluationSettings(settings))
+    plain, found = (coverage_of(evaluate, rig, "voxels", halves) for halves in (False, True))
+    same = zip(found.failures, plain.failures, strict=False)
+    assert plain.failures and all((a.name, a.lost.tolist()) == (b.name, b.lost.tolist()) for a, b in same)
     halves = [failure for failure in found.failures if failure.what == "half"]
     assert len(halves) == len(rig.sensors) * len(HALVES)
     whole = seen_q(field, rig, body)

@@ -84,7 +84,7 @@ def changed(measure: Figure, who: str, now: Values, without: Values) -> Estimate
     mine, theirs = (known[measure.key][who] if measure.key in known else None for known in (now, without))
     if mine is None or theirs is None:
         return None
-    return Estimate(theirs.value - mine.value, objects=mine.objects) if mine.exists else mine
+    return (theirs if theirs.exists else Estimate()).minus(mine)
 
 
 def class_change(measure: Figure, class_name: str, now: Values, without: Values) -> tuple[str, str]:
