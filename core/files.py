@@ -320,7 +320,8 @@ def _open_stream(path: str | os.PathLike[str], mode: Literal["w", "wb"]) -> IO[A
     except OSError as error:
         why = "not a regular file, and no process reads it" if error.errno == errno.ENXIO else error.strerror
         raise InputError(f"{_shown(path)}: cannot be written: {why}") from error
-    os.set_blocking(descriptor, True)
+    if hasattr(os, "set_blocking"):  # Windows opens nothing without waiting
+        os.set_blocking(descriptor, True)
     return (
         os.fdopen(descriptor, "wb")
         if mode == "wb"

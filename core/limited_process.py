@@ -77,12 +77,7 @@ def serve(answer: Callable[[], bytes], most_memory_bytes: int) -> int:
 
     Anything else that is printed goes to standard error, as does the line of an InputError (code 2).
     """
-    with contextlib.suppress(
-        ImportError, OSError, ValueError
-    ):  # Windows has no limit, macOS refuses to set it
-        import resource
-
-        resource.setrlimit(resource.RLIMIT_AS, (most_memory_bytes, most_memory_bytes))
+    _limit_memory(most_memory_bytes)
     with open(os.dup(1), "wb") as stream:
         os.dup2(2, 1)
         try:
@@ -91,3 +86,15 @@ def serve(answer: Callable[[], bytes], most_memory_bytes: int) -> int:
             print(str(error), file=sys.stderr)
             return 2
     return 0
+
+
+def _limit_memory(most_bytes: int) -> None:
+    """Lower the limit of the address space, where the system has one and allows it: macOS may not, Windows has none."""
+    try:
+        import resource
+    except ImportError:
+        return
+    limits = (most_bytes, *resource.getrlimit(resource.RLIMIT_AS))
+    lowest = min(limit for limit in limits if limit != resource.RLIM_INFINITY)
+    with contextlib.suppress(OSError, ValueError):
+        resource.setrlimit(resource.RLIMIT_AS, (lowest, lowest))

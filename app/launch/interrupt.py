@@ -43,6 +43,14 @@ def _heard_by(handler: Callable[[int, FrameType | None], object]) -> Iterator[No
 # ---------------------------------------------------------------- commands
 
 
+def _interrupt_main_thread() -> None:
+    """Send Ctrl-C to the main thread from another one; Windows would end the process on `os.kill`."""
+    if hasattr(signal, "pthread_kill"):  # also ends a call of the system that the main thread waits in
+        signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
+    else:
+        signal.raise_signal(signal.SIGINT)
+
+
 class Alarm(Protocol):
     """Interface of threading.Timer, as far as it is used."""
 
@@ -71,7 +79,7 @@ def insistent_interrupt(
     told = sys.unraisablehook
 
     def come_again(seconds: float) -> None:
-        timer = timer_of(seconds, lambda: os.kill(os.getpid(), signal.SIGINT))
+        timer = timer_of(seconds, _interrupt_main_thread)
         timer.daemon = True
         timers.append(timer)
         timer.start()
@@ -160,11 +168,13 @@ def quit_on_interrupt(app: QApplication) -> Iterator[Interrupt]:
     The windows are closed by the loop, never in the middle of what Python does just then, such as drawing. A
     second Ctrl-C meanwhile ends the process at once.
     """
+    import socket
+
     from PySide6.QtCore import QSocketNotifier
 
     interrupt = Interrupt()
-    read_fd, write_fd = os.pipe()
-    os.set_blocking(write_fd, False)
+    reader, writer = socket.socketpair()  # Qt watches no pipe on Windows
+    writer.setblocking(False)
 
     def note(*_: object) -> None:
         if interrupt.came:
@@ -172,19 +182,19 @@ def quit_on_interrupt(app: QApplication) -> Iterator[Interrupt]:
         interrupt.came = True
 
     def heed() -> None:
-        os.read(read_fd, 64)
+        reader.recv(64)
         if interrupt.came:
             app.quit()
             interrupt.came = not any(window.isVisible() for window in app.topLevelWidgets())
 
-    notifier = QSocketNotifier(read_fd, QSocketNotifier.Type.Read, app)
+    notifier = QSocketNotifier(reader.fileno(), QSocketNotifier.Type.Read, app)
     notifier.activated.connect(lambda *_: heed())
-    before_fd = signal.set_wakeup_fd(write_fd, warn_on_full_buffer=False)
+    before_fd = signal.set_wakeup_fd(writer.fileno(), warn_on_full_buffer=False)
     try:
         with _heard_by(note):
             yield interrupt
     finally:
         signal.set_wakeup_fd(before_fd)
         notifier.setEnabled(False)
-        os.close(read_fd)
-        os.close(write_fd)
+        reader.close()
+        writer.close()

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Sequence
-from contextlib import suppress
+from contextlib import redirect_stdout, suppress
 from dataclasses import replace
 from pathlib import Path, PurePath
 from typing import Any, NamedTuple
@@ -75,7 +76,8 @@ def require_pango() -> None:
     """Raise MissingLibraries or InputError unless a PDF can be laid out."""
     require_system_libraries("pdf")
     try:
-        import riglens.reporting.pdf  # noqa: F401
+        with redirect_stdout(io.StringIO()):  # WeasyPrint prints advice
+            import riglens.reporting.pdf  # noqa: F401
     except OSError as error:  # on systems whose packages are not checked
         raise InputError(
             f"a PDF needs the library Pango, a page (.html) does not: {str(error).split(chr(10))[0]}"

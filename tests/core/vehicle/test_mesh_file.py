@@ -214,6 +214,35 @@ def test_a_parser_that_crashes_is_told_with_its_signal(tmp_path, monkeypatch):
         read_mesh(written(tmp_path, "a.obj", OBJ))
 
 
+LIMITS = """
+import resource, sys
+from riglens.core.limited_process import serve
+
+limits = resource.getrlimit(resource.RLIMIT_AS)
+assert limits == (resource.RLIM_INFINITY,) * 2, "the tests run in a limit of their own"
+{before}
+sys.exit(serve(lambda: repr(resource.getrlimit(resource.RLIMIT_AS)).encode(), 4 << 30))
+"""
+REFUSED = "def refuse(*_):\n    raise ValueError('current limit exceeds maximum limit')\nresource.setrlimit = refuse"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such limits")
+@pytest.mark.parametrize(
+    ("before", "found"),
+    [
+        ("", (4 << 30, 4 << 30)),
+        ("resource.setrlimit(resource.RLIMIT_AS, (2 << 30, -1))", (2 << 30, 2 << 30)),
+        ("resource.setrlimit(resource.RLIMIT_AS, (3 << 30, 3 << 30))", (3 << 30, 3 << 30)),
+        (REFUSED, (-1, -1)),
+    ],
+)
+def test_memory_is_limited_to_the_lowest_of_the_limits(before, found):
+    done = subprocess.run(
+        [sys.executable, "-c", LIMITS.format(before=before)], capture_output=True, encoding="utf-8"
+    )
+    assert (done.stdout, done.stderr) == (repr(found), "")
+
+
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
 def test_a_pipe_is_no_mesh(tmp_path):
     os.mkfifo(tmp_path / "a.glb")
