@@ -10,16 +10,14 @@ from collections.abc import Callable, Iterable
 from functools import lru_cache
 from pathlib import Path
 
-import platformdirs
-
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write, open_regular
+from riglens.core.user_folders import system_folders
 
 
 def cache_folder() -> Path:
     """Return the user's cache folder of RigLens; the environment variable RIGLENS_CACHE_DIR wins."""
-    override = os.environ.get("RIGLENS_CACHE_DIR")
-    return Path(override) if override else Path(platformdirs.user_cache_dir("riglens"))
+    return Path(os.environ.get("RIGLENS_CACHE_DIR") or system_folders().user_cache_dir)
 
 
 def stored(name: str, maker: str, make: Callable[[], bytes]) -> bytes:

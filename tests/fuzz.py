@@ -30,7 +30,6 @@ import numpy as np
 
 from riglens.app.session import autosave
 from riglens.assets import asset_path
-from riglens.core import cache_folder
 from riglens.core.errors import InputError
 from riglens.core.formats.exchange import FORMATS, read_rig, writable
 from riglens.core.kernels.runtime.compiled import KernelFolder
@@ -44,6 +43,7 @@ from riglens.core.scene.pog import build_pog
 from riglens.core.scene.pog_store import load_pog, save_pog
 from riglens.core.scene.readers import open_boxes
 from riglens.core.scene.readers.occluders import open_occluders
+from riglens.core.cache_folder import cache_folder
 from riglens.core.vehicle.mesh_parse import MAX_MEMORY_BYTES, parse_mesh
 from tests.broken import mutated
 from tests.core.formats.cases import SMALL, write_files
@@ -216,8 +216,8 @@ def _read_boxes(path: Path) -> None:
 def _occluders(folder: Path) -> Target:
     folder.mkdir(parents=True)
     table, poses = folder / "occluders.csv", folder / "poses.csv"
-    table.write_text(OCCLUDERS)
-    poses.write_text(POSES_OF_FRAMES)
+    table.write_text(OCCLUDERS, encoding="utf-8")
+    poses.write_text(POSES_OF_FRAMES, encoding="utf-8")
     return _of_files("occluders", lambda _: open_occluders(table, poses).around(("a", 0), 1e9), table, poses)
 
 
@@ -251,8 +251,8 @@ LIBRARY = """made-up-16:
 def _caches(folder: Path) -> Iterator[Target]:
     own = folder / "library.yaml"
     folder.mkdir(parents=True)
-    own.write_text(LIBRARY)
-    kept = cache_folder.cache_folder() / library.NAME
+    own.write_text(LIBRARY, encoding="utf-8")
+    kept = cache_folder() / library.NAME
     bundled = asset_path("library.yaml")
     library.stored_entries(bundled)
     yield _of_files("cache of the library", lambda _: library.stored_entries(bundled), kept)
@@ -290,8 +290,8 @@ def _reviews(folder: Path) -> Iterator[Target]:
     folder.mkdir(parents=True)
     profiles, required, page = (folder / name for name in ("blind.yaml", "required.yaml", "report.html"))
     profiles.write_bytes(asset_path("review", "blind.yaml").read_bytes())
-    required.write_text(REQUIRED)
-    page.write_text(PAGE)
+    required.write_text(REQUIRED, encoding="utf-8")
+    page.write_text(PAGE, encoding="utf-8")
 
     def place_all(_: object) -> None:
         for profile in read_profiles(profiles):

@@ -12,7 +12,6 @@ from riglens.app.background.counting import make_counter
 from riglens.app.background.memory import FreedMemory, share_memory
 from riglens.app.background.recompute import Recompute
 from riglens.app.launch.interrupt import Grace, quit_on_interrupt
-from riglens.app.launch.user_folders import config_folder, state_folder
 from riglens.app.session.document import Document
 from riglens.app.window.main_window import MainWindow
 from riglens.app.window.settings import Settings
@@ -20,6 +19,7 @@ from riglens.app.window.unexpected import failures_told
 from riglens.core.formats.report import OpenedRig
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.sensing.kept import RAYS
+from riglens.core.user_folders import config_folder, state_folder
 from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.widgets.panels.controls.style import apply_style, is_dark
 from riglens.widgets.theme import palette

@@ -18,7 +18,6 @@ from typing import Annotated, Any
 
 import numpy as np
 import pydantic
-from platformdirs import user_config_path
 from pydantic import BaseModel, Field, ValidationError
 from ruamel.yaml.nodes import Node
 
@@ -39,6 +38,7 @@ from riglens.core.rig.yaml.nodes import (
 )
 from riglens.core.rig.yaml.problems import problem_text, problems
 from riglens.core.sensors.registry import KindName, kind_of, kinds
+from riglens.core.user_folders import config_folder
 
 MAX_ENTRIES = 500
 OTHER_MAKER = "Other"
@@ -316,7 +316,7 @@ def body_of(model: str | None) -> Cylinder | Cuboid | None:
 
 def user_library_files() -> tuple[Path, ...]:
     """Return the user's library files: that of the configuration folder, if any, then those of RIGLENS_LIBRARY."""
-    own = _own_library(os.environ.get("XDG_CONFIG_HOME"))
+    own = config_folder() / "library.yaml"
     named = os.environ.get(LIBRARY_VARIABLE, "")
     files = [*([own] if own.is_file() else []), *(Path(part) for part in named.split(os.pathsep) if part)]
     return tuple(dict.fromkeys(files))
@@ -390,12 +390,6 @@ def _same_field(name: str, one: Sensor, other: Sensor) -> bool:
         return True
     spelled_out = kind_of(one).spelled_out.get(name)
     return spelled_out is not None and np.array_equal(spelled_out(one), spelled_out(other))
-
-
-@lru_cache(maxsize=8)
-def _own_library(_config_home: str | None) -> Path:
-    """Return where the configuration folder's library would be; needed for every sensor, so looked up once."""
-    return user_config_path("riglens", appauthor=False) / "library.yaml"
 
 
 @lru_cache(maxsize=8)

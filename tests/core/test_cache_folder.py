@@ -61,7 +61,7 @@ def test_a_damaged_file_is_replaced(folder: Path, damage: str) -> None:
 
 
 def test_without_a_place_to_keep_it_it_is_made_every_time(folder: Path) -> None:
-    folder.write_text("a file where the folder should be")
+    folder.write_text("a file where the folder should be", encoding="utf-8")
     make = Workshop()
     for times in (1, 2):
         assert stored("x", "one", make) == b"content\nof two lines"

@@ -11,10 +11,10 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from riglens.app.launch.user_folders import config_folder, state_folder
 from riglens.app.session.session import HeatChoice
 from riglens.app.window.features.sensors import LOCKED_KEY, MOST_FILES
 from riglens.app.window.settings import Settings
+from riglens.core.user_folders import config_folder, state_folder
 from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.panels.controls.style import apply_style, shows_dark
 from riglens.widgets.theme import DARK, LIGHT

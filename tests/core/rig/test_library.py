@@ -113,7 +113,7 @@ SOURCE = "title: Some sensor, source: measured by hand in the yard"
 )
 def test_a_wrong_library_is_refused_with_line_and_model(tmp_path: Path, entry: str, complaint: str) -> None:
     path = tmp_path / "library.yaml"
-    path.write_text(f"# models\n{entry}\n")
+    path.write_text(f"# models\n{entry}\n", encoding="utf-8")
     with pytest.raises(InputError) as caught:
         read_entries(path, path.name)
     assert str(caught.value).startswith(f"library.yaml:2: {complaint}") and str(caught.value).isprintable()
@@ -241,7 +241,7 @@ def test_offsets_have_the_signs_of_a_turn_to_the_left() -> None:
 
 def test_lidars_of_one_table_carry_the_angles_of_the_driver(shared_data: Path) -> None:
     for model, name in (("hesai-pandar40p", "Pandar40P"), ("hesai-qt128", "PandarQT128")):
-        text = (shared_data / "beams" / "nebula" / f"{name}.csv").read_text()
+        text = (shared_data / "beams" / "nebula" / f"{name}.csv").read_text(encoding="utf-8")
         rows = list(csv.reader(text.splitlines()))[1:]
         table = sorted((float(row[1]), -float(row[2])) for row in rows)
         lidar = sensor_from_model(model, "a", Pose())
@@ -316,7 +316,7 @@ my-lidar:
 
 def own_library(folder: Path, text: str) -> Path:
     path = folder / "own.yaml"
-    path.write_text(text)
+    path.write_text(text, encoding="utf-8")
     return path
 
 
@@ -331,7 +331,7 @@ def test_models_of_ones_own_are_found_beside_the_bundled_ones(
     assert default_library().origins["my-lidar"] == str(path)
     assert default_library().entry("generic-16")
     second = tmp_path / "second.yaml"
-    second.write_text(OWN.replace("my-lidar", "second-lidar"))
+    second.write_text(OWN.replace("my-lidar", "second-lidar"), encoding="utf-8")
     use_libraries([second])
     assert default_library().entry("my-lidar") and default_library().entry("second-lidar")
     monkeypatch.delenv("RIGLENS_LIBRARY")
@@ -340,10 +340,9 @@ def test_models_of_ones_own_are_found_beside_the_bundled_ones(
 
 
 def test_the_configuration_folder_is_looked_into(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    monkeypatch.setenv("RIGLENS_CONFIG_DIR", str(tmp_path))
     assert user_library_files() == ()
-    (tmp_path / "riglens").mkdir()
-    (tmp_path / "riglens" / "library.yaml").write_text(OWN)
+    (tmp_path / "library.yaml").write_text(OWN, encoding="utf-8")
     assert sensor_from_model("my-lidar", "a", Pose()).kind == "lidar"
 
 
