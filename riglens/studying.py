@@ -73,7 +73,7 @@ def study(name: Study, *inputs: StrPath | Rig, out: StrPath = "out", **options: 
     paths = [path for file in files_of(name, own) if (path := folder / file).exists()]
     tables = {path.name: _table(path) for path in paths if path.suffix == ".csv"}
     document = next(
-        (json.loads(path.read_text()) for path in paths if path.suffix == ".json"),
+        (json.loads(path.read_text(encoding="utf-8")) for path in paths if path.suffix == ".json"),
         {"riglens": FORMAT_VERSION, "study": name, "tables": tables},
     )
     return Listing(

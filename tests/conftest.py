@@ -26,6 +26,8 @@ KERNELS = REPOSITORY / "core" / "kernels" / "__pycache__"
 os.environ.setdefault("NUMBA_CACHE_DIR", str(KERNELS))
 """Kept, or every run would compile all kernels. Numba reads it when it is imported, which conftest files below may do
 before pytest is configured."""
+WARN_ENCODING = "PYTHONWARNDEFAULTENCODING"
+"""Python reads it when it starts: it warns, and tests fail, where we open a file in the encoding of the system."""
 sys.dont_write_bytecode = False
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 """Bytecode is kept, or each of the workers and of some hundred programs that tests start would compile all sources."""
@@ -46,7 +48,7 @@ class VirtualDisplay:
             command, pass_fds=[write_fd], stdin=subprocess.DEVNULL, stderr=subprocess.DEVNULL
         )
         os.close(write_fd)
-        with os.fdopen(read_fd) as answer:
+        with os.fdopen(read_fd, encoding="utf-8") as answer:
             number = answer.readline().strip()
         if not number:
             raise RuntimeError(f"Xvfb ended with code {self._server.wait()} before it opened a display")
@@ -61,13 +63,17 @@ class VirtualDisplay:
 def pytest_configure(config: pytest.Config) -> None:
     """Point Qt, VTK and the product's cache at things that belong to this test run."""
     if config.getoption("numprocesses", None) and not hasattr(config, "workerinput"):
+        os.environ[WARN_ENCODING] = "1"
         return  # the tests run in the workers, each of which does this for itself
+    os.environ.pop(WARN_ENCODING, None)  # programs that tests start would print what libraries do
     folder = tempfile.TemporaryDirectory(prefix="riglens-tests-")
     config.add_cleanup(folder.cleanup)
     os.environ["RIGLENS_CACHE_DIR"] = str(Path(folder.name) / "cache")
     os.environ["RIGLENS_CONFIG_DIR"] = str(Path(folder.name) / "settings")
     os.environ["RIGLENS_STATE_DIR"] = str(Path(folder.name) / "state")
     os.environ["XDG_CONFIG_HOME"] = str(Path(folder.name) / "config")
+    if sys.platform != "linux":
+        return
     os.environ["LIBGL_ALWAYS_SOFTWARE"] = "1"
     os.environ["QT_QPA_PLATFORM"] = "xcb"
     for name in ("DISPLAY", "WAYLAND_DISPLAY", "QT_API", "VTK_DEFAULT_OPENGL_WINDOW"):

@@ -40,7 +40,7 @@ class Environment:
             cwd=cwd or self.site,
             env={name: value for name, value in os.environ.items() if name != "PYTHONPATH"},
             capture_output=True,
-            text=True,
+            encoding="utf-8",
             timeout=TIMEOUT_S,
         )
         assert done.returncode == 0, done.stderr

@@ -338,7 +338,7 @@ def main(arguments: Sequence[str]) -> int:
         try:
             held = campaign(window, options.count, options.seed, folder, options.trace)
             log = folder / "s" / "riglens.log"
-            failures = log.read_text().count("unexpected failure") if log.exists() else 0
+            failures = log.read_text(encoding="utf-8").count("unexpected failure") if log.exists() else 0
             print(
                 f"{held[0]:.0f} to {held[-1]:.0f} MB, at most {max(held):.0f}; {failures} unexpected failures"
             )

@@ -32,7 +32,7 @@ s,2,pedestrian,2,5,0.9,0.6,0.6,1.8,0
 def boxes(tmp_path: Path) -> Path:
     """A small box table with all classes."""
     path = tmp_path / "boxes.csv"
-    path.write_text(BOXES)
+    path.write_text(BOXES, encoding="utf-8")
     return path
 
 
@@ -167,7 +167,7 @@ def test_wrong_arguments_are_named_as_python_names_them(boxes: Path, scene: rl.S
 
 
 def test_boxes_that_do_not_count_are_warned_of(boxes: Path) -> None:
-    boxes.write_text(BOXES + "s,2,shopping_cart,2,6,0.9,0.6,0.6,1.8,0\n")
+    boxes.write_text(BOXES + "s,2,shopping_cart,2,6,0.9,0.6,0.6,1.8,0\n", encoding="utf-8")
     with pytest.warns(rl.RigLensWarning, match="1 box belongs to no class and does not count: shopping_cart"):
         rl.load_scene(boxes, 0.5, roi_m=ROI_M)
     scene = rl.load_scene(boxes, 0.5, roi_m=ROI_M, classes={"shopping_cart": "pedestrian"})
@@ -177,7 +177,7 @@ def test_boxes_that_do_not_count_are_warned_of(boxes: Path) -> None:
 def test_a_ground_off_zero_is_warned_of_with_the_argument_that_mends_it(tmp_path: Path) -> None:
     cars = "".join(f"s,{n},car,{4 + n % 4},{n % 7 - 3},-0.9,4.5,1.9,1.6,0.1\n" for n in range(40))
     low = tmp_path / "low.csv"
-    low.write_text(BOXES.splitlines(keepends=True)[0] + cars)
+    low.write_text(BOXES.splitlines(keepends=True)[0] + cars, encoding="utf-8")
 
     def warned(load: Callable[[], object]) -> list[str]:
         with warnings.catch_warnings(record=True) as told:
@@ -195,7 +195,9 @@ def test_a_ground_off_zero_is_warned_of_with_the_argument_that_mends_it(tmp_path
 def test_a_body_of_another_unit_is_warned_of_where_the_user_asks(scene: rl.Scene, tmp_path: Path) -> None:
     corners = [f"v {x} {y} {z}" for x in (0, 4600) for y in (0, 1900) for z in (0, 1450)]
     faces = ("1 3 4 2", "5 6 8 7", "1 2 6 5", "3 7 8 4", "1 5 7 3", "2 4 8 6")
-    (tmp_path / "car.obj").write_text("\n".join([*corners, *(f"f {face}" for face in faces)]) + "\n")
+    (tmp_path / "car.obj").write_text(
+        "\n".join([*corners, *(f"f {face}" for face in faces)]) + "\n", encoding="utf-8"
+    )
     rig = rl.open_rig("Center").replace(vehicle=rl.Vehicle(body="car.obj"), self_occlusion=True)
     calls = (
         lambda: rl.score(rig, scene, mesh_folder=tmp_path),
@@ -210,10 +212,10 @@ def test_a_body_of_another_unit_is_warned_of_where_the_user_asks(scene: rl.Scene
 def test_a_saved_rig_comes_back_and_comments_stay(tmp_path: Path) -> None:
     path, rig = tmp_path / "rig.yaml", rl.open_rig("W+T")
     rl.save_rig(rig, path)
-    path.write_text("# measured on Tuesday\n" + path.read_text())
+    path.write_text("# measured on Tuesday\n" + path.read_text(encoding="utf-8"), encoding="utf-8")
     rl.save_rig(moved(rig, 1.75), path)
     assert rl.open_rig(path) == moved(rig, 1.75)
-    assert path.read_text().startswith("# measured on Tuesday\n")
+    assert path.read_text(encoding="utf-8").startswith("# measured on Tuesday\n")
     assert set(rl.presets()) >= {"W+T", "N+P", "Center"}
 
 
@@ -230,7 +232,7 @@ def test_a_converted_rig_tells_what_the_format_cannot_hold(tmp_path: Path) -> No
     with pytest.raises(rl.InputError, match=r"^target_format must name the format"):
         rl.convert(rig, tmp_path / "rig.unknown")
     assert rl.convert(rig, tmp_path / "rig.unknown", target_format="riglens") == rig
-    assert (tmp_path / "rig.unknown").read_text().startswith("riglens: 1")
+    assert (tmp_path / "rig.unknown").read_text(encoding="utf-8").startswith("riglens: 1")
 
 
 def test_a_table_has_the_columns_of_all_rows():

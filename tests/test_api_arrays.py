@@ -16,7 +16,7 @@ CLASSES = ("car", "bicycle", "pedestrian")
 def boxes(tmp_path_factory: pytest.TempPathFactory) -> str:
     """A small box table with all classes."""
     path = tmp_path_factory.mktemp("arrays") / "boxes.csv"
-    path.write_text(BOXES)
+    path.write_text(BOXES, encoding="utf-8")
     return str(path)
 
 

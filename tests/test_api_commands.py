@@ -79,8 +79,8 @@ class Place(NamedTuple):
 def place(tmp_path_factory: pytest.TempPathFactory) -> Place:
     """A small box table with all classes on a coarse grid, and a rig of three sensors."""
     folder = tmp_path_factory.mktemp("api")
-    (folder / "boxes.csv").write_text(BOXES)
-    (folder / "requirements.yaml").write_text(REQUIREMENTS)
+    (folder / "boxes.csv").write_text(BOXES, encoding="utf-8")
+    (folder / "requirements.yaml").write_text(REQUIREMENTS, encoding="utf-8")
     whole = rl.open_rig("W+T")
     rig = whole.replace(name="few", sensors=(*whole.enabled_lidars()[:2], whole.enabled_cameras()[0]))
     rl.save_rig(rig, folder / "rig.yaml")
@@ -92,7 +92,7 @@ def by_words(place: Place, *words: object) -> dict[str, Any]:
     """The JSON of a command; its exit code may say that a requirement is not met."""
     out = place.folder / "out.json"
     assert main([*map(str, words), "--json", str(out)]) in (0, 1)
-    found: dict[str, Any] = json.loads(out.read_text())
+    found: dict[str, Any] = json.loads(out.read_text(encoding="utf-8"))
     return found
 
 
@@ -169,7 +169,7 @@ def test_a_sweep_is_that_of_the_command_line(place: Place) -> None:
 def test_a_sweep_reads_its_data_again(place: Place, tmp_path: Path) -> None:
     boxes, found = tmp_path / "boxes.csv", []
     for shift in ("", "s,2,car,-9,0,0.8,4.5,1.9,1.6,0.3\n"):
-        boxes.write_text(BOXES + shift)
+        boxes.write_text(BOXES + shift, encoding="utf-8")
         found.append(rl.sweep(place.rig, None, boxes, compute="targets", workers=1).to_dict())
     assert [one["rows"][0]["car.objects"] for one in found] == [2, 3]
     assert found[0]["targets"]["data"]["sha256"] != found[1]["targets"]["data"]["sha256"]
@@ -249,7 +249,7 @@ def test_pictures_are_those_of_the_command_line(place: Place, tmp_path: Path, xv
 def test_models_of_your_own_are_added(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("RIGLENS_LIBRARY", "")
     own = tmp_path / "own.yaml"
-    own.write_text(OWN_LIBRARY)
+    own.write_text(OWN_LIBRARY, encoding="utf-8")
     rl.use_libraries(own)
     assert rl.sensor("own-2", "roof", [0, 0, 1.9]).ray_count == 2 * 360
 
@@ -307,7 +307,7 @@ def test_reports_are_those_of_the_command_line(place: Place, one: Path) -> None:
     assert rl.report(rig, again, place.boxes, voxel_m=0.5, roi_m=ROI_M, draws=0, camera_weight=0.3) == again
     assert again.read_bytes() == page.read_bytes()
     assert rl.verify_report(page, place.boxes)
-    page.write_text(page.read_text().replace("<h1", "<h2", 1))
+    page.write_text(page.read_text(encoding="utf-8").replace("<h1", "<h2", 1), encoding="utf-8")
     assert not rl.verify_report(page, place.boxes)
 
 
@@ -341,7 +341,7 @@ def test_studies_are_those_of_the_command_line(
     place: Place, one: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     boxes, words, mine = place.folder / "true.csv", place.folder / "words", place.folder / "mine"
-    boxes.write_text(TRUE_POINTS)
+    boxes.write_text(TRUE_POINTS, encoding="utf-8")
     assert main(["study", "targets", str(boxes), "--rig", str(one), "--out", str(words)]) == 0
     capfd.readouterr()
     with pytest.warns(rl.RigLensWarning, match="num_lidar_pts|no boxes of class") as remarks:
@@ -359,7 +359,7 @@ def test_a_study_gives_the_json_that_it_writes(place: Place, one: Path) -> None:
     options = {"sensor": ["velodyne-vlp-16"], "voxel_m": 0.5, "roi_m": ROI_M, "boxes": place.boxes}
     out = place.folder / "sensors"
     found = rl.study("accuracy", rl.open_rig(one), out=out, quick=True, **options)
-    assert found.to_dict() == json.loads((out / "accuracy-sensors.json").read_text())
+    assert found.to_dict() == json.loads((out / "accuracy-sensors.json").read_text(encoding="utf-8"))
     assert {row["model"] for row in found.rows()} == {"velodyne-vlp-16"}
 
 

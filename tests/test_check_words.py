@@ -32,7 +32,7 @@ def whose() -> int:
 
 
 def test_excluded_words_are_found_in_their_lines(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "bad.py").write_text(BAD)
+    (tmp_path / "bad.py").write_text(BAD, encoding="utf-8")
     assert check_words.main([str(tmp_path / "bad.py")]) == 1
     lines = capsys.readouterr().out.splitlines()
     assert [line.split(":")[1] for line in lines] == ["1", "3", "9", "9"]
@@ -44,14 +44,14 @@ def test_excluded_words_are_found_in_their_lines(tmp_path: Path, capsys: pytest.
 
 
 def test_plain_words_pass(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "good.py").write_text(GOOD)
-    (tmp_path / "good.md").write_text("Detection range by class; nothing else.\n")
+    (tmp_path / "good.py").write_text(GOOD, encoding="utf-8")
+    (tmp_path / "good.md").write_text("Detection range by class; nothing else.\n", encoding="utf-8")
     assert check_words.main([str(tmp_path / name) for name in ("good.py", "good.md")]) == 0
     assert capsys.readouterr().out == ""
 
 
 def test_pages_are_checked_as_text(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "bad.md").write_text("One line.\nA second, accepted\nis nobody.\n")
+    (tmp_path / "bad.md").write_text("One line.\nA second, accepted\nis nobody.\n", encoding="utf-8")
     assert check_words.main([str(tmp_path / "bad.md")]) == 1
     assert ":3: 'nobody'" in capsys.readouterr().out
 

@@ -78,7 +78,7 @@ def environment(tmp_path_factory: pytest.TempPathFactory) -> Environment:
     for name, text in FILES.items():
         (folder / "acme" / name).write_text(text, encoding="utf-8")
     environment = Environment(folder / "environment")
-    (environment.site / "checkout.pth").write_text(f"{REPOSITORY}\n")
+    (environment.site / "checkout.pth").write_text(f"{REPOSITORY}\n", encoding="utf-8")
     environment.install(folder / "acme")
     return environment
 
@@ -86,8 +86,8 @@ def environment(tmp_path_factory: pytest.TempPathFactory) -> Environment:
 @pytest.fixture
 def data(tmp_path: Path) -> Path:
     """A folder with a mount list and a box log."""
-    (tmp_path / "front.acme").write_text(json.dumps({"acme_mounts": [MOUNT]}))
-    (tmp_path / "drive.boxlog").write_text(BOXES)
+    (tmp_path / "front.acme").write_text(json.dumps({"acme_mounts": [MOUNT]}), encoding="utf-8")
+    (tmp_path / "drive.boxlog").write_text(BOXES, encoding="utf-8")
     return tmp_path
 
 
@@ -97,7 +97,7 @@ def riglens(environment: Environment, cwd: Path, *words: str) -> str:
 
 def test_the_command_line_uses_it(environment: Environment, data: Path) -> None:
     riglens(environment, data, "convert", "front.acme", "front.yaml")
-    assert "kind: thermal" in (data / "front.yaml").read_text()
+    assert "kind: thermal" in (data / "front.yaml").read_text(encoding="utf-8")
     grid = ("--voxel", "0.5", "--roi", "20", "20", "4")
     for rig in ("front.acme", "front.yaml"):
         found = json.loads(
@@ -125,8 +125,12 @@ def test_the_window_uses_it(environment: Environment, data: Path, xvfb: str) -> 
 def test_a_broken_package_costs_one_line(environment: Environment, data: Path) -> None:
     distribution = environment.site / "broken_plugin-2.0.dist-info"
     distribution.mkdir()
-    (distribution / "METADATA").write_text("Metadata-Version: 2.1\nName: broken-plugin\nVersion: 2.0\n")
-    (distribution / "entry_points.txt").write_text("[riglens.sensors]\nsonar = no_such_module:SONAR\n")
+    (distribution / "METADATA").write_text(
+        "Metadata-Version: 2.1\nName: broken-plugin\nVersion: 2.0\n", encoding="utf-8"
+    )
+    (distribution / "entry_points.txt").write_text(
+        "[riglens.sensors]\nsonar = no_such_module:SONAR\n", encoding="utf-8"
+    )
     try:
         _, told = environment.output("python", "-m", "riglens", "convert", "front.acme", "out.yaml", cwd=data)
     finally:

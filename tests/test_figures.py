@@ -339,7 +339,7 @@ def test_the_terminal_has_it_as_a_column(evaluated: Evaluated) -> None:
 
 def test_python_has_it_in_results_and_rows(tmp_path: Path) -> None:
     boxes = tmp_path / "boxes.csv"
-    boxes.write_text(BOXES)
+    boxes.write_text(BOXES, encoding="utf-8")
     scene = rl.load_scene(boxes, 0.5, roi_m=(20, 20, 4))
     found = rl.score(RIG, scene, rl.load_traffic(boxes), threads=1)
     assert found["car"].figures["made_up"].exists and "unseen" in found.rows()[0]
@@ -350,7 +350,7 @@ def test_python_has_it_in_results_and_rows(tmp_path: Path) -> None:
 
 def test_a_report_of_two_rigs_has_it_with_the_difference(tmp_path: Path) -> None:
     boxes = tmp_path / "boxes.csv"
-    boxes.write_text(BOXES)
+    boxes.write_text(BOXES, encoding="utf-8")
     scene = SceneOptions(boxes=boxes, voxel_m=0.5, roi_m=(20.0, 20.0, 4.0))
     rigs = (RIG, RIG.model_copy(update={"name": "other", "sensors": RIG.sensors[:1]}))
     plan = ReportPlan(rigs, scene, ScoreOptions(), draws=0, seed=0)

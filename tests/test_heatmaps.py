@@ -127,7 +127,7 @@ def test_a_click_means_what_is_drawn(scene: LoadedScene) -> None:
 
 def test_the_command_line_offers_it() -> None:
     command = [sys.executable, "-c", HELP]
-    done = subprocess.run(command, cwd=REPOSITORY, capture_output=True, text=True, timeout=TIMEOUT_S)
+    done = subprocess.run(command, cwd=REPOSITORY, capture_output=True, encoding="utf-8", timeout=TIMEOUT_S)
     assert "made_up (seen by exactly 1)" in " ".join(done.stdout.replace("│", " ").split()), done.stderr
 
 

@@ -57,7 +57,7 @@ def run(home: Path, *arguments: str | Path) -> str:
     environment["MPLCONFIGDIR"] = str(home.parent / "matplotlib")  # it makes folders when it is imported
     command = [sys.executable, *arguments]
     done = subprocess.run(
-        command, env=environment, cwd=home.parent, capture_output=True, text=True, timeout=TIMEOUT_S
+        command, env=environment, cwd=home.parent, capture_output=True, encoding="utf-8", timeout=TIMEOUT_S
     )
     assert done.returncode == 0, done.stderr
     return done.stdout
@@ -71,7 +71,7 @@ def test_every_module_is_imported_without_a_file_or_a_setting(home: Path) -> Non
 
 def test_engine_window_and_commands_are_imported_where_no_home_can_be_written(home: Path) -> None:
     home.rmdir()
-    home.write_text("a file: not even root can make folders in it")
+    home.write_text("a file: not even root can make folders in it", encoding="utf-8")
     run(
         home,
         "-c",
@@ -81,7 +81,7 @@ def test_engine_window_and_commands_are_imported_where_no_home_can_be_written(ho
 
 def test_a_kernel_of_the_user_is_cached_where_numba_would_put_it(home: Path) -> None:
     script = home.parent / "users_kernel.py"
-    script.write_text(KERNEL_OF_A_USER)
+    script.write_text(KERNEL_OF_A_USER, encoding="utf-8")
     assert Path(run(home, script).strip()) == home.parent / "__pycache__"
     assert list((home.parent / "__pycache__").glob("users_kernel.twice-*.nbc"))
     assert not list(home.rglob("*"))

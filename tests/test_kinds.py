@@ -346,7 +346,7 @@ def test_the_python_interface_scores_it(tmp_path: Path) -> None:
         "s,1,bicycle,3,-4,0.9,2,0.6,1.7,0",
         "s,2,pedestrian,2,5,0.9,0.6,0.6,1.8,0",
     )
-    path.write_text("\n".join(rows) + "\n")
+    path.write_text("\n".join(rows) + "\n", encoding="utf-8")
     scene = rl.load_scene(path, 0.5, roi_m=(20.0, 20.0, 4.0))
     result = rl.score(rig_with(TOP, probe()), scene)
     assert result["car"].by_kind["probe"].seen > 0.0 and result["car"].seen >= result["car"].seen_lidar
@@ -556,7 +556,7 @@ def test_a_report_shows_it_beside_the_others(tmp_path: Path) -> None:
         "s,1,bicycle,3,-4,0.9,2,0.6,1.7,0",
         "s,2,pedestrian,2,5,0.9,0.6,0.6,1.8,0",
     )
-    path.write_text("\n".join(rows) + "\n")
+    path.write_text("\n".join(rows) + "\n", encoding="utf-8")
     scene = SceneOptions(boxes=path, voxel_m=0.5, roi_m=(20.0, 20.0, 4.0))
     rig = rig_with(TOP, EYE, probe(rpy_deg=(0.0, 20.0, 0.0)))
     plan = ReportPlan((rig,), scene, ScoreOptions(), draws=1, seed=0)

@@ -36,7 +36,7 @@ LEAST_SHARE = 0.6
 
 
 def mistakes_in(folder: Path, source: str) -> dict[str, list[str]]:
-    (folder / "module.py").write_text(source)
+    (folder / "module.py").write_text(source, encoding="utf-8")
     found: dict[str, list[str]] = {}
     for mutation in mutations_of(folder, "module.py", seed=1):
         found.setdefault(mutation.operator, []).append(mutation.wrong)
@@ -48,22 +48,22 @@ def test_mistakes_are_made_in_code_and_leave_words_types_and_tables_alone(tmp_pa
 
 
 def test_every_mistake_is_a_program(tmp_path: Path) -> None:
-    (tmp_path / "module.py").write_text(SOURCE)
+    (tmp_path / "module.py").write_text(SOURCE, encoding="utf-8")
     for mutation in mutations_of(tmp_path, "module.py", seed=1):
         compile(SOURCE[: mutation.start] + mutation.wrong + SOURCE[mutation.end :], str(mutation), "exec")
 
 
 def test_a_change_of_one_function_leaves_the_sample_elsewhere(tmp_path: Path) -> None:
-    (tmp_path / "module.py").write_text(SOURCE)
+    (tmp_path / "module.py").write_text(SOURCE, encoding="utf-8")
     before = {mutation.rank for mutation in sample(tmp_path, ["module.py"], 99, seed=1)}
-    (tmp_path / "moved.py").write_text("def new(a):\n    return a + 1\n\n\n" + SOURCE)
+    (tmp_path / "moved.py").write_text("def new(a):\n    return a + 1\n\n\n" + SOURCE, encoding="utf-8")
     after = sample(tmp_path, ["moved.py"], 99, seed=1)
     assert {mutation.rank for mutation in after if mutation.function != "new"} == before
     assert before.isdisjoint(mutation.rank for mutation in sample(tmp_path, ["module.py"], 99, seed=2))
 
 
 def test_those_tests_run_that_call_the_function_and_few_others(tmp_path: Path) -> None:
-    (tmp_path / "module.py").write_text(SOURCE + "\n\nclass Other:\n    wide: int = 2\n")
+    (tmp_path / "module.py").write_text(SOURCE + "\n\nclass Other:\n    wide: int = 2\n", encoding="utf-8")
     by_file = [
         {"tests": {"a": (9, 1.0), "b": (2, 30.0)}, "callers": {"module.py:first": ["a", "b"]}},
         {
@@ -72,7 +72,7 @@ def test_those_tests_run_that_call_the_function_and_few_others(tmp_path: Path) -
         },
     ]
     for number, noted in enumerate(by_file):
-        (tmp_path / f"{number}.json").write_text(json.dumps(noted))
+        (tmp_path / f"{number}.json").write_text(json.dumps(noted), encoding="utf-8")
     chosen = {
         mutation.function: Callers(tmp_path).of(mutation)
         for mutation in sample(tmp_path, ["module.py"], 99, 1)

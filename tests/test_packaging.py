@@ -95,7 +95,7 @@ def checkout(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name in FILES:
         shutil.copy(REPOSITORY / name, folder)
     for room in ROOMS:
-        (folder / "riglens" / room).write_text(f"../{room}")
+        (folder / "riglens" / room).write_text(f"../{room}", encoding="utf-8")
     return folder
 
 
@@ -135,9 +135,11 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
     project = tmp_path_factory.mktemp("the project")
     for room in ROOMS:
         (project / room).mkdir()
-        (project / room / "__init__.py").write_text(f"OWNER = 'the {room} of somebody else'\n")
-    (project / "core" / "work.py").write_text(WORK)
-    (project / "use.py").write_text(USE)
+        (project / room / "__init__.py").write_text(
+            f"OWNER = 'the {room} of somebody else'\n", encoding="utf-8"
+        )
+    (project / "core" / "work.py").write_text(WORK, encoding="utf-8")
+    (project / "use.py").write_text(USE, encoding="utf-8")
     return project
 
 
@@ -198,7 +200,8 @@ def test_it_works_beside_packages_of_the_same_names(installed: Environment, proj
 def test_commands_with_processes_work_there(installed: Environment, project: Path) -> None:
     for number in range(2):
         (project / f"{number}.csv").write_text(
-            f"seq,frame,cls,x,y,z,length,width,height,yaw\ns,{number},car,6,{number},0.8,4.5,1.9,1.6,0.3\n"
+            f"seq,frame,cls,x,y,z,length,width,height,yaw\ns,{number},car,6,{number},0.8,4.5,1.9,1.6,0.3\n",
+            encoding="utf-8",
         )
     grid = ("--voxel", "0.5", "--roi", "20", "20", "4")
     words = ("data", "build", "0.csv", "1.csv", "--out", "cars.npz", *grid, "--workers", "2")

@@ -61,7 +61,7 @@ def test_a_conversion(output: tuple[Path, str]) -> None:
     folder, out = output
     assert "ROS URDF: ignored: vehicle: the format cannot express it" in out
     assert "origin of the LiDAR in the camera's frame: [" in out
-    assert (folder / "rig.urdf").read_text().startswith("<?xml")
+    assert (folder / "rig.urdf").read_text(encoding="utf-8").startswith("<?xml")
     assert len(rl.open_rig(folder / "rig.yaml").sensors) == len(rl.open_rig("W+T").sensors)
 
 

@@ -72,7 +72,7 @@ def apt_get(*arguments: str) -> bool:
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
-        text=True,
+        encoding="utf-8",
     )
     if done.returncode != 0:
         say(done.stdout.rstrip())
@@ -99,7 +99,7 @@ def wanted_stamp() -> str:
 
 def ensure_environment() -> None:
     """Make .venv and install the packages, unless the stamp shows that this is complete."""
-    found = STAMP.read_text() if STAMP.exists() else ""
+    found = STAMP.read_text(encoding="utf-8") if STAMP.exists() else ""
     if found == wanted_stamp():
         return
     started = time.monotonic()
@@ -109,7 +109,7 @@ def ensure_environment() -> None:
     STAMP.unlink(missing_ok=True)
     say("Installing packages into .venv (1.5 GB on disk, a few minutes the first time)")
     pip_install("--editable", ".[dev]")
-    STAMP.write_text(wanted_stamp())
+    STAMP.write_text(wanted_stamp(), encoding="utf-8")
     say(f"Packages installed in {time.monotonic() - started:.0f} s")
 
 
@@ -125,7 +125,7 @@ def pip_install(*arguments: str) -> None:
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
-        text=True,
+        encoding="utf-8",
     ) as pip:
         assert pip.stdout is not None
         for line in pip.stdout:
@@ -149,7 +149,7 @@ def main(arguments: list[str]) -> int:
         say("usage: tools/setup.sh run|test")
         return 2
     try:
-        with PYPROJECT.open() as lock:
+        with PYPROJECT.open(encoding="utf-8") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)  # two set-ups at once would break each other's .venv
             ensure_system_packages(PURPOSES[arguments[0]])
             ensure_environment()

@@ -244,7 +244,10 @@ def main(file: str, *folders: str) -> bytes:
     text = sys.stdin.buffer.read()
     os.environ.clear()  # $(optenv NAME DEFAULT) is DEFAULT
     expansion = Expansion(Path(file), [Path(folder) for folder in folders])
-    with open(os.devnull, "w") as nothing, contextlib.redirect_stderr(nothing):  # xacro's warnings
+    with (
+        open(os.devnull, "w", encoding="utf-8") as nothing,
+        contextlib.redirect_stderr(nothing),
+    ):  # xacro's warnings
         guard(expansion.readable)
         return expansion.answer(text)
 

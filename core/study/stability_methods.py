@@ -174,7 +174,7 @@ def same_on_all_threads(_: int | None = None) -> MethodRow:
     """Compare the answers of 1, 2 and 8 threads, in a process that may start that many."""
     environment = {**os.environ, "NUMBA_NUM_THREADS": str(max(THREADS))}
     command = [sys.executable, "-m", __name__, *map(str, THREADS)]
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    done = subprocess.run(command, env=environment, capture_output=True, encoding="utf-8", check=False)
     digests = done.stdout.split()
     wrong = f"{len(set(digests))} answers" if digests else "no answer"
     return row(

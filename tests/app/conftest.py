@@ -88,7 +88,7 @@ def riglens_process() -> Iterator[Callable[..., "subprocess.Popen[str]"]]:
             program(*arguments),
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
-            text=True,
+            encoding="utf-8",
             env=environment,
             preexec_fn=_heed_ctrl_c,
             **keywords,  # type: ignore[call-overload]
@@ -107,7 +107,7 @@ def riglens_process() -> Iterator[Callable[..., "subprocess.Popen[str]"]]:
 def boxes(tmp_path: Path) -> Path:
     """A small box table with all classes and one name that belongs to none."""
     path = tmp_path / "boxes.csv"
-    path.write_text(BOXES)
+    path.write_text(BOXES, encoding="utf-8")
     return path
 
 
@@ -124,5 +124,5 @@ sensors:
 def small_rig(tmp_path: Path) -> Path:
     """A rig of a LiDAR and a camera with few rays, for what does not depend on the rig."""
     path = tmp_path / "small.yaml"
-    path.write_text(SMALL_RIG)
+    path.write_text(SMALL_RIG, encoding="utf-8")
     return path

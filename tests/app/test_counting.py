@@ -40,7 +40,7 @@ ROW = "a,{frame},car,{x},0.0,0.8,4.0,1.8,1.6,0.0\n"
 def many_frames(folder: Path) -> Path:
     path = folder / "many.csv"
     rows = [ROW.format(frame=frame, x=8.0 + frame % 7) for frame in range(FRAMES)]
-    path.write_text("seq,frame,cls,x,y,z,length,width,height,yaw\n" + "".join(rows))
+    path.write_text("seq,frame,cls,x,y,z,length,width,height,yaw\n" + "".join(rows), encoding="utf-8")
     return path
 
 
@@ -130,7 +130,9 @@ def test_a_stored_pog_has_nobody_to_count(counter: Counter, scene: LoadedScene, 
 
 def test_unsound_boxes_are_told_in_one_line(counter: Counter, scene: LoadedScene) -> None:
     assert scene.options.boxes is not None
-    scene.options.boxes.write_text("seq,frame,cls,x,y,z,length,width,height,yaw\na,0,car,far,0,1,4,2,2,0\n")
+    scene.options.boxes.write_text(
+        "seq,frame,cls,x,y,z,length,width,height,yaw\na,0,car,far,0,1,4,2,2,0\n", encoding="utf-8"
+    )
     said = list[str]()
     counter.failed.connect(said.append, Qt.ConnectionType.DirectConnection)
     counter.ask(ask_for(scene))

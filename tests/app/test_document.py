@@ -217,11 +217,11 @@ def test_copies_of_several_are_selected(ten: Document) -> None:
 def test_saving_keeps_the_comments_of_the_file(document: Document, tmp_path: Path) -> None:
     path = tmp_path / "rig.yaml"
     document.save(path)
-    path.write_text("# measured on Tuesday\n" + path.read_text())
+    path.write_text("# measured on Tuesday\n" + path.read_text(encoding="utf-8"), encoding="utf-8")
     document.open(path)
     document.set_enabled(("front",), False)
     document.save(path)
-    assert path.read_text().startswith("# measured on Tuesday\n")
+    assert path.read_text(encoding="utf-8").startswith("# measured on Tuesday\n")
     assert not load_rig(path).rig.sensor("front").enabled
 
 

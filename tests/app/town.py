@@ -11,7 +11,7 @@ SIZES_M = {"car": (4.5, 1.9, 1.6), "bicycle": (1.8, 0.6, 1.7), "pedestrian": (0.
 def write_town(path: Path, frames: int, each: int, far_m: float) -> Path:
     """Write a box table with a number of objects of each class in each frame, up to a distance."""
     rng = np.random.default_rng(0)
-    with open(path, "w", newline="") as stream:
+    with open(path, "w", encoding="utf-8", newline="") as stream:
         table = csv.writer(stream)
         table.writerow(["seq", "frame", "cls", "x", "y", "z", "length", "width", "height", "yaw"])
         for frame in range(frames):

@@ -59,7 +59,7 @@ def scene_options(folder: Path, **changes: Any) -> SceneOptions:
     """A box table of three frames on a coarse grid."""
     boxes = folder / "boxes.csv"
     if not boxes.exists():
-        boxes.write_text(BOXES)
+        boxes.write_text(BOXES, encoding="utf-8")
     fields: dict[str, Any] = {"boxes": boxes, "voxel_m": 0.5, "roi_m": (20.0, 20.0, 4.0)}
     return SceneOptions(**(fields | changes))
 

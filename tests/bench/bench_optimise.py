@@ -98,7 +98,7 @@ def test_three_mounts_proven(bars: list[Bar]) -> None:
 def test_a_drag_during_a_search(bars: list[Bar], xvfb: str, tmp_path: Path) -> None:
     ended = run("search", tmp_path)
     assert ended.returncode == 0, ended.stderr
-    frames_ms = json.loads((tmp_path / "search.json").read_text())["frames_ms"]
+    frames_ms = json.loads((tmp_path / "search.json").read_text(encoding="utf-8"))["frames_ms"]
     running, paused = (np.array(frames_ms[state]) for state in ("running", "paused"))
     for name, share in (("median", 0.5), ("95 %", 0.95)):
         ours, alone = float(np.quantile(running, share)), float(np.quantile(paused, share))

@@ -17,7 +17,7 @@ _ROOT = Path(__file__).resolve().parents[2]
 def start_peak() -> int:
     """Forget the peak so far; returns the bytes held now."""
     gc.collect()
-    _CLEAR_REFS.write_text("5")
+    _CLEAR_REFS.write_text("5", encoding="utf-8")
     return _status_bytes("VmRSS")
 
 
@@ -27,7 +27,7 @@ def peak() -> int:
 
 
 def _status_bytes(name: str) -> int:
-    found = re.search(rf"^{name}:\s+(\d+) kB$", _STATUS.read_text(), re.MULTILINE)
+    found = re.search(rf"^{name}:\s+(\d+) kB$", _STATUS.read_text(encoding="utf-8"), re.MULTILINE)
     assert found is not None, name
     return int(found[1]) * 1024
 
@@ -35,6 +35,6 @@ def _status_bytes(name: str) -> int:
 def run_script(name: str, *arguments: object) -> list[int]:
     """Run a script of this folder in a fresh interpreter; the whole numbers that it prints."""
     command = [sys.executable, "-m", f"tests.bench.{name}", *map(str, arguments)]
-    done = subprocess.run(command, cwd=_ROOT, capture_output=True, text=True, timeout=300)
+    done = subprocess.run(command, cwd=_ROOT, capture_output=True, encoding="utf-8", timeout=300)
     assert done.returncode == 0, done.stderr
     return [int(number) for number in done.stdout.split()]

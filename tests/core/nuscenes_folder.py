@@ -85,7 +85,7 @@ def write_tables(folder: Path, boxes: list[EgoBox], scenes: int, samples: int, s
         random.shuffle(tables[name])
     tables["sample_annotation"].sort(key=lambda record: str(record["instance_token"])[::-1])
     for name, records in tables.items():
-        (folder / f"{name}.json").write_text(json.dumps(records, indent=0))
+        (folder / f"{name}.json").write_text(json.dumps(records, indent=0), encoding="utf-8")
     return folder
 
 

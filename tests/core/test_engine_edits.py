@@ -213,7 +213,7 @@ def test_one_two_and_eight_threads_give_the_same_bits() -> None:
     environment = {**os.environ, "NUMBA_NUM_THREADS": "8", "PYTHONPATH": str(REPOSITORY)}
     command = [sys.executable, "-c", RUN, "1", "2", "8", "8"]
     done = subprocess.run(
-        command, env=environment, capture_output=True, text=True, check=True, cwd=REPOSITORY
+        command, env=environment, capture_output=True, encoding="utf-8", check=True, cwd=REPOSITORY
     )
     answers = [json.loads(line) for line in done.stdout.splitlines()]
     assert [used for used, _ in answers] == [1, 2, 8, 8]

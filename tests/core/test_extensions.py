@@ -30,11 +30,17 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Install:
         group = f"riglens.tests{next(_NUMBERS)}"
         for name, source in modules.items():
             unique = f"{name}_{group.partition('.')[2]}"
-            (tmp_path / f"{unique}.py").write_text(f"from {__name__} import Tool\n{source}\n")
+            (tmp_path / f"{unique}.py").write_text(
+                f"from {__name__} import Tool\n{source}\n", encoding="utf-8"
+            )
             folder = tmp_path / f"{name}-1.5.dist-info"
             folder.mkdir()
-            (folder / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.5\n")
-            (folder / "entry_points.txt").write_text(f"[{group}]\n{name} = {unique}:THING\n")
+            (folder / "METADATA").write_text(
+                f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.5\n", encoding="utf-8"
+            )
+            (folder / "entry_points.txt").write_text(
+                f"[{group}]\n{name} = {unique}:THING\n", encoding="utf-8"
+            )
         return group
 
     return install

@@ -28,12 +28,12 @@ def test_bytes_and_text_appear_under_the_name_asked_for(tmp_path: Path) -> None:
 
 def test_the_old_content_is_there_until_the_block_ends(tmp_path: Path) -> None:
     target = tmp_path / "rig.yaml"
-    target.write_text("old")
+    target.write_text("old", encoding="utf-8")
     with atomic_write(target, "w") as stream:
         stream.write("new")
         stream.flush()
-        assert target.read_text() == "old"
-    assert target.read_text() == "new"
+        assert target.read_text(encoding="utf-8") == "old"
+    assert target.read_text(encoding="utf-8") == "new"
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, ValueError, SystemExit])
@@ -43,28 +43,30 @@ def test_an_interrupted_write_leaves_the_folder_as_it_was(
 ) -> None:
     target = tmp_path / "out.json"
     if existed:
-        target.write_text("old")
+        target.write_text("old", encoding="utf-8")
     with pytest.raises(error), atomic_write(target) as stream:
         stream.write(b"half")
         raise error()
-    assert [(p.name, p.read_text()) for p in tmp_path.iterdir()] == ([("out.json", "old")] if existed else [])
+    assert [(p.name, p.read_text(encoding="utf-8")) for p in tmp_path.iterdir()] == (
+        [("out.json", "old")] if existed else []
+    )
 
 
 def test_a_full_disk_is_one_line_and_keeps_the_old_file(tmp_path: Path) -> None:
     target = tmp_path / "out.json"
-    target.write_text("old")
+    target.write_text("old", encoding="utf-8")
     with (
         pytest.raises(InputError, match=r"out\.json: cannot be written: No space left") as caught,
         atomic_write(target),
     ):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
     assert "\n" not in str(caught.value)
-    assert [p.read_text() for p in tmp_path.iterdir()] == ["old"]
+    assert [p.read_text(encoding="utf-8") for p in tmp_path.iterdir()] == ["old"]
 
 
 def test_an_error_of_another_file_is_not_blamed_on_the_target(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError), atomic_write(tmp_path / "out.json"):
-        (tmp_path / "missing").read_text()
+        (tmp_path / "missing").read_text(encoding="utf-8")
     assert not list(tmp_path.iterdir())
 
 
@@ -81,7 +83,7 @@ def test_a_target_that_cannot_be_written_is_refused_in_one_line(
     tmp_path: Path, name: str, complaint: str
 ) -> None:
     (tmp_path / "folder").mkdir()
-    (tmp_path / "file").write_text("x")
+    (tmp_path / "file").write_text("x", encoding="utf-8")
     before = sorted(os.listdir(tmp_path))
     with pytest.raises(InputError, match=complaint) as caught, atomic_write(tmp_path / name) as stream:
         stream.write(b"x")
@@ -91,7 +93,7 @@ def test_a_target_that_cannot_be_written_is_refused_in_one_line(
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
 def test_a_write_protected_folder_or_file_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "mine").write_text("old")
+    (tmp_path / "mine").write_text("old", encoding="utf-8")
     (tmp_path / "mine").chmod(0o444)
     with pytest.raises(InputError, match="write-protected"), atomic_write(tmp_path / "mine"):
         pass
@@ -103,13 +105,13 @@ def test_a_write_protected_folder_or_file_is_refused(tmp_path: Path) -> None:
 
 def test_permissions_and_links_stay(tmp_path: Path) -> None:
     real = tmp_path / "real.yaml"
-    real.write_text("old")
+    real.write_text("old", encoding="utf-8")
     real.chmod(0o640)
     link = tmp_path / "link.yaml"
     link.symlink_to(real)
     with atomic_write(link, "w") as stream:
         stream.write("new")
-    assert link.is_symlink() and real.read_text() == "new"
+    assert link.is_symlink() and real.read_text(encoding="utf-8") == "new"
     assert real.stat().st_mode & 0o777 == 0o640
 
 
@@ -189,7 +191,7 @@ def test_a_folder_appears_whole_and_is_replaced_whole(tmp_path: Path) -> None:
 def test_a_folder_with_other_files_is_left_alone(tmp_path: Path) -> None:
     target = tmp_path / "home"
     target.mkdir()
-    (target / "thesis.tex").write_text("mine")
+    (target / "thesis.tex").write_text("mine", encoding="utf-8")
     with pytest.raises(InputError, match=r"home: cannot be written: .*holds thesis\.tex"):
         atomic_folder(target, {"a.yaml": b"one"})
     assert [path.name for path in target.iterdir()] == ["thesis.tex"]
@@ -297,9 +299,9 @@ def test_a_folder_whose_exchange_is_killed_is_whole_at_the_next_write_and_nothin
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="this system ends processes in another way")
 def test_what_a_killed_run_left_is_removed_once_it_is_old(tmp_path: Path) -> None:
-    (tmp_path / "rig.yaml").write_text("old")
+    (tmp_path / "rig.yaml").write_text("old", encoding="utf-8")
     killed(tmp_path / "rig.yaml", "file")
-    assert (tmp_path / "rig.yaml").read_text() == "old"
+    assert (tmp_path / "rig.yaml").read_text(encoding="utf-8") == "old"
     write_file(tmp_path / "another.yaml", b"")
     assert len(os.listdir(tmp_path)) == 3  # it might still be written
     made_old(tmp_path)

@@ -33,8 +33,8 @@ b,1,nowhere,0,0,0,0
 
 
 def read(folder: Path, occluders: str = OCCLUDERS, poses: str = POSES) -> Occluders:
-    (folder / "occluders.csv").write_text(occluders)
-    (folder / "poses.csv").write_text(poses)
+    (folder / "occluders.csv").write_text(occluders, encoding="utf-8")
+    (folder / "poses.csv").write_text(poses, encoding="utf-8")
     return open_occluders(folder / "occluders.csv", folder / "poses.csv")
 
 

@@ -47,7 +47,7 @@ def tables(folder: Path, split: list[list[int]]) -> list[Path]:
     paths = []
     for place, numbers in enumerate(split):
         paths.append(folder / f"{place:03d}.csv")
-        paths[-1].write_text(HEADER + "".join(map(sequence, numbers)))
+        paths[-1].write_text(HEADER + "".join(map(sequence, numbers)), encoding="utf-8")
     return paths
 
 
@@ -112,7 +112,7 @@ def paths(tmp_path: Path) -> list[Path]:
 def test_parts_of_other_data_or_another_grid_are_not_taken(paths: list[Path], tmp_path: Path) -> None:
     parts = tmp_path / "parts"
     Build.of(open_boxes(paths), parts).on(OwnProcess())
-    paths[2].write_text(HEADER + sequence(99))
+    paths[2].write_text(HEADER + sequence(99), encoding="utf-8")
     Build.of(open_boxes(paths), parts).on(OwnProcess())
     assert count_kept(parts) == 8 + 1
     Build.of(open_boxes(paths), parts).on(OwnProcess(), grid=VoxelGrid(1.0, GRID.roi_m))
@@ -138,7 +138,7 @@ def test_many_parts_are_grouped_in_order(paths: list[Path]) -> None:
 
 
 def test_what_is_wrong_in_one_part_is_said_and_the_others_are_kept(paths: list[Path], tmp_path: Path) -> None:
-    paths[4].write_text(HEADER + "s,0,car,abc,0,0,1,1,1,0\n")
+    paths[4].write_text(HEADER + "s,0,car,abc,0,0,1,1,1,0\n", encoding="utf-8")
     build = Build.of(open_boxes(paths), tmp_path / "parts")
     with pytest.raises(InputError, match=r"004\.csv:2: column 'x': .*got 'abc'"):
         build.on(OwnProcess())

@@ -204,7 +204,7 @@ def test_without_a_usable_cache_the_pog_is_built_all_the_same(
     cache: Path, source: Counting, pog: Pog, obstacle: str
 ) -> None:
     if obstacle.startswith("a file"):
-        cache.write_text("in the way")
+        cache.write_text("in the way", encoding="utf-8")
     else:
         cached_pog(source, GRID)
         (file,) = cache.iterdir()

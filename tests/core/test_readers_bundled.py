@@ -19,7 +19,9 @@ POGS = {
 
 
 def test_the_bundled_scenario_holds_what_its_note_says() -> None:
-    note = json.loads(resources.files("riglens.assets").joinpath("scenarios/town/scenario.json").read_text())
+    note = json.loads(
+        resources.files("riglens.assets").joinpath("scenarios/town/scenario.json").read_text(encoding="utf-8")
+    )
     source = bundled_source()
     total = sum(batch.frame.size for batch in source.batches())
     report = source.report()

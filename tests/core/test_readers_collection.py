@@ -15,7 +15,7 @@ HEADER = "seq,frame,cls,x,y,z,length,width,height,yaw\n"
 
 def table(path: Path, frames: range, cls: str = "car") -> Path:
     rows = (f"s,{frame},{cls},{frame}.5,1,1,4,2,1.5,0.1\n" for frame in frames)
-    path.write_text(HEADER + "".join(rows))
+    path.write_text(HEADER + "".join(rows), encoding="utf-8")
     return path
 
 
@@ -28,7 +28,7 @@ def test_tables_of_a_folder_are_read_by_name_and_hidden_ones_are_not(tmp_path: P
     table(tmp_path / "b.csv", range(10, 12))
     table(tmp_path / "a.csv", range(3))
     table(tmp_path / ".c.csv", range(50))
-    (tmp_path / "notes.txt").write_text("not a table")
+    (tmp_path / "notes.txt").write_text("not a table", encoding="utf-8")
     found, report = read(tmp_path)
     assert found.frame.tolist() == [0, 1, 2, 3, 4]
     assert found.centre_m[:, 0].tolist() == [0.5, 1.5, 2.5, 10.5, 11.5]
@@ -55,7 +55,7 @@ def test_frames_count_for_the_whole(tmp_path: Path) -> None:
 
 def test_a_bad_member_is_named(tmp_path: Path) -> None:
     good, bad = table(tmp_path / "good.csv", range(3)), tmp_path / "bad.csv"
-    bad.write_text(HEADER + "s,0,car,abc,1,1,4,2,1.5,0\n")
+    bad.write_text(HEADER + "s,0,car,abc,1,1,4,2,1.5,0\n", encoding="utf-8")
     with pytest.raises(InputError, match=r"bad\.csv:2: column 'x'"):
         read(good, bad)
 

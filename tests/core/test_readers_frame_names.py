@@ -46,5 +46,7 @@ def test_of_nuscenes_they_are_the_scene_and_the_number_of_the_sample(tmp_path: P
     counted = [(f"scene-{scene}", sample) for scene in range(2) for sample in range(3)]
     assert names(tmp_path) == counted
     tables = next(folder.rglob("sample.json")).parent
-    (tables / "scene.json").write_text(json.dumps([{"token": "scene-0", "name": "scene-0061"}]))
+    (tables / "scene.json").write_text(
+        json.dumps([{"token": "scene-0", "name": "scene-0061"}]), encoding="utf-8"
+    )
     assert names(tmp_path) == [(name.replace("scene-0", "scene-0061"), sample) for name, sample in counted]

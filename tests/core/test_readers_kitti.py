@@ -42,8 +42,10 @@ def kitti_folder(
     label_folder.mkdir()
     (folder / "calib").mkdir()
     for name, text in labels.items():
-        (label_folder / f"{name}.txt").write_text(text)
-        (folder / "calib" / f"{name}.txt").write_text(calibration() if calib is None else calib)
+        (label_folder / f"{name}.txt").write_text(text, encoding="utf-8")
+        (folder / "calib" / f"{name}.txt").write_text(
+            calibration() if calib is None else calib, encoding="utf-8"
+        )
     return folder
 
 

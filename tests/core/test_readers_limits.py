@@ -57,7 +57,7 @@ def memory_below(limit_bytes: float) -> Iterator[None]:
 
 
 def table(folder: Path, rows: str) -> Path:
-    (folder / "boxes.csv").write_text(f"{HEADER}\n{rows}")
+    (folder / "boxes.csv").write_text(f"{HEADER}\n{rows}", encoding="utf-8")
     return folder / "boxes.csv"
 
 
@@ -235,19 +235,19 @@ def test_nuscenes_tables_that_are_held_in_memory_are_bounded(
 ) -> None:
     sound = nuscenes_folder(tmp_path)
     (victim,) = (file for file in sound.files if file.stem == name)
-    records = json.loads(victim.read_text())
+    records = json.loads(victim.read_text(encoding="utf-8"))
     extra = [records[0] | {"token": f"more {number}", "timestamp": number} for number in range(200)]
     monkeypatch.setattr(nuscenes_tables, "MAX_KEPT_RECORDS", 150)
     assert list(open_boxes(sound.path).batches())
-    victim.write_text(json.dumps(records + extra))
+    victim.write_text(json.dumps(records + extra), encoding="utf-8")
     assert f"{name}.json: too many records" in refused(sound.path)
 
 
 def test_nuscenes_texts_of_absurd_length_are_refused(tmp_path: Path) -> None:
     sound = nuscenes_folder(tmp_path)
     (victim,) = (file for file in sound.files if file.stem == "category")
-    records = json.loads(victim.read_text())
-    victim.write_text(json.dumps([*records[:-1], records[-1] | {"name": "n" * 201}]))
+    records = json.loads(victim.read_text(encoding="utf-8"))
+    victim.write_text(json.dumps([*records[:-1], records[-1] | {"name": "n" * 201}]), encoding="utf-8")
     assert "'name'" in refused(sound.path)
 
 

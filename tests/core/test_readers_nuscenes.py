@@ -108,10 +108,10 @@ def test_the_sweeps_of_another_lidar_serve_where_there_is_no_top(tmp_path: Path,
     boxes = random_boxes(scenes=2, samples=2, per_sample=9)
     write_tables(tmp_path, boxes, scenes=2, samples=2)
     expected, _ = read(tmp_path, origin_m=HERE)
-    sensors = json.loads((tmp_path / "sensor.json").read_text())
+    sensors = json.loads((tmp_path / "sensor.json").read_text(encoding="utf-8"))
     for sensor in sensors:
         sensor["channel"] = channel if sensor["channel"] == "LIDAR_TOP" else sensor["channel"]
-    (tmp_path / "sensor.json").write_text(json.dumps(sensors))
+    (tmp_path / "sensor.json").write_text(json.dumps(sensors), encoding="utf-8")
     found, report = read(tmp_path, origin_m=HERE)
     assert np.array_equal(found.centre_m, expected.centre_m)
     assert any(channel in note for note in report.notes)  # type: ignore[attr-defined]
@@ -151,9 +151,9 @@ def broken(tmp_path: Path):  # type: ignore[no-untyped-def]
 
     def change(table: str, edit) -> str:  # type: ignore[no-untyped-def]
         file = folder / f"{table}.json"
-        records = json.loads(file.read_text())
+        records = json.loads(file.read_text(encoding="utf-8"))
         changed = edit(records)
-        file.write_text(changed if isinstance(changed, str) else json.dumps(records))
+        file.write_text(changed if isinstance(changed, str) else json.dumps(records), encoding="utf-8")
         with pytest.raises(InputError) as caught:
             list(open_boxes(tmp_path).batches())
         message = str(caught.value)

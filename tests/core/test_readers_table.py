@@ -175,7 +175,7 @@ def test_the_content_hash_follows_bytes_and_options_but_not_the_name(tmp_path: P
         open_boxes(path, frames=5),
         open_boxes(path, class_map={"car": "ignore"}),
     ]
-    copy.write_text(table(ROW.format(frame=0, cls="car"), ""))
+    copy.write_text(table(ROW.format(frame=0, cls="car"), ""), encoding="utf-8")
     hashes = {reference, open_boxes(copy).content_hash, *(source.content_hash for source in variants)}
     assert len(hashes) == 5
 
@@ -215,7 +215,7 @@ def test_the_line_is_right_behind_the_first_block_and_blank_lines(tmp_path: Path
     rows = [ROW.format(frame=frame, cls="car") + "\n" for frame in range(30_000)]
     rows[29_000] = "a,29000,car,1,2,3,4,5,zero,0"
     path = write_csv(tmp_path, table(*rows))
-    line = path.read_text().split("\n").index(rows[29_000]) + 1
+    line = path.read_text(encoding="utf-8").split("\n").index(rows[29_000]) + 1
     assert message(path).startswith(f"{path}:{line}: column 'height': ") and "(got 'zero')" in message(path)
 
 

@@ -155,14 +155,15 @@ def table_in(folder: Path, name: str = "pattern.csv", rows: int = 50) -> Path:
                 for row in zip(*map(np.ndarray.tolist, columns.values()), strict=True)
             ),
         ]
-        (folder / name).write_text("\n".join(lines) + "\n")
+        (folder / name).write_text("\n".join(lines) + "\n", encoding="utf-8")
     return folder / name
 
 
 def rig_naming(folder: Path, rays: str) -> Path:
     path = folder / "rig.yaml"
     path.write_text(
-        f"riglens: 1\nsensors:\n  - {{name: L, kind: lidar, position: [0, 0, 1.5], rays: {rays}}}\n"
+        f"riglens: 1\nsensors:\n  - {{name: L, kind: lidar, position: [0, 0, 1.5], rays: {rays}}}\n",
+        encoding="utf-8",
     )
     return path
 
@@ -194,7 +195,9 @@ def test_a_rig_is_not_saved_away_from_its_table(tmp_path: Path) -> None:
 
 
 def test_the_columns_of_livox_are_understood(tmp_path: Path) -> None:
-    (tmp_path / "mid.csv").write_text("Time/s,Azimuth/deg,Zenith/deg\n0.0,350.0,95.0\n0.01,10.0,80.0\n")
+    (tmp_path / "mid.csv").write_text(
+        "Time/s,Azimuth/deg,Zenith/deg\n0.0,350.0,95.0\n0.01,10.0,80.0\n", encoding="utf-8"
+    )
     (sensor,) = load_rig(rig_naming(tmp_path, "{file: mid.csv}")).rig.enabled_lidars()
     assert isinstance(sensor.rays, RayTable)
     assert sensor.rays.ray_rows().azimuth_deg.tolist() == [-10.0, 10.0]
@@ -242,7 +245,7 @@ def test_a_pipe_is_no_table_and_text_alone_has_no_folder(tmp_path: Path) -> None
     with pytest.raises(InputError, match="pipe"):
         load_rig(path)
     with pytest.raises(InputError, match="without the folder"):
-        loads(path.read_text())
+        loads(path.read_text(encoding="utf-8"))
 
 
 # ---------------------------------------------------------------- rays

@@ -49,7 +49,9 @@ print([name for name, code in compiled().items() if code != before[name]])
 
 
 def test_after_the_warm_up_no_kernel_is_left_to_compile() -> None:
-    done = subprocess.run([sys.executable, "-c", SCRIPT], capture_output=True, text=True, timeout=TIMEOUT_S)
+    done = subprocess.run(
+        [sys.executable, "-c", SCRIPT], capture_output=True, encoding="utf-8", timeout=TIMEOUT_S
+    )
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip() == "[]"
 
@@ -71,7 +73,7 @@ print(len(fan.mark_fan.signatures), sum(len(kernel.signatures) for kernel in oth
 
 def test_the_warm_up_for_one_rig_compiles_what_it_needs_and_no_other_way() -> None:
     done = subprocess.run(
-        [sys.executable, "-c", OF_ONE_RIG], capture_output=True, text=True, timeout=TIMEOUT_S
+        [sys.executable, "-c", OF_ONE_RIG], capture_output=True, encoding="utf-8", timeout=TIMEOUT_S
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout.split() == ["1", "0"]

@@ -157,7 +157,7 @@ def lift(person: Person) -> None:
 def recover(person: Person) -> None:
     """The edits after the last save are offered, come back, and can be exported."""
     window, document = person.window, person.window.session.document
-    expected = json.loads((person.folder / "work.json").read_text())
+    expected = json.loads((person.folder / "work.json").read_text(encoding="utf-8"))
     person.settle()
     button = window.bench.notes.findChild(QPushButton, "Recover")
     assert button is not None and button.isVisible()
@@ -193,7 +193,9 @@ def export(person: Person) -> None:
     person.wait(menu.isVisible, "the formats")
     person.choose(menu, next(action.text() for action in menu.actions() if "URDF" in action.text()))
     menu.close()
-    assert answers.path.read_text().count("<joint") >= len(person.window.session.document.rig.sensors)
+    assert answers.path.read_text(encoding="utf-8").count("<joint") >= len(
+        person.window.session.document.rig.sensors
+    )
 
 
 def search(person: Person) -> None:
@@ -235,7 +237,7 @@ def main(part: str, folder: Path) -> int:
             traceback.print_exc()
             QApplication.primaryScreen().grabWindow(0).save(str(folder / f"{part}-failed.png"))
             os._exit(1)
-        (folder / f"{part}.json").write_text(json.dumps(person.notes, indent=1))
+        (folder / f"{part}.json").write_text(json.dumps(person.notes, indent=1), encoding="utf-8")
         if part == "work":
             os.kill(os.getpid(), signal.SIGKILL)
         window.close()

@@ -24,7 +24,7 @@ def run(part: str, folder: Path) -> subprocess.CompletedProcess[str]:
     }
     command = [sys.executable, "-m", "tests.session.drive", part, str(folder)]
     return subprocess.run(
-        command, env=environment, cwd=REPOSITORY, capture_output=True, text=True, timeout=1800
+        command, env=environment, cwd=REPOSITORY, capture_output=True, encoding="utf-8", timeout=1800
     )
 
 
@@ -36,11 +36,11 @@ def test_a_session_with_a_crash_loses_no_edit(xvfb: str) -> None:
     assert work.returncode == -signal.SIGKILL, work.stderr
     times = {
         name: note
-        for name, note in json.loads((OUT / "work.json").read_text()).items()
+        for name, note in json.loads((OUT / "work.json").read_text(encoding="utf-8")).items()
         if "median_ms" in note
     }
     assert len(times) == 4
-    (OUT / "frame-times.json").write_text(json.dumps(times, indent=1))
+    (OUT / "frame-times.json").write_text(json.dumps(times, indent=1), encoding="utf-8")
     recover = run("recover", OUT)
     assert recover.returncode == 0, recover.stderr
     assert "Traceback" not in work.stderr + recover.stderr

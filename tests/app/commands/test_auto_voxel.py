@@ -28,7 +28,7 @@ sensors:
 def near(tmp_path):
     """A few boxes near the car."""
     path = tmp_path / "near.csv"
-    path.write_text(BOXES)
+    path.write_text(BOXES, encoding="utf-8")
     return path
 
 
@@ -36,7 +36,7 @@ def near(tmp_path):
 def rigs(tmp_path):
     """A camera with rays closer than the finest voxels, and a LiDAR with gaps between its beams."""
     for name, text in (("dense", DENSE), ("sparse", SPARSE)):
-        (tmp_path / f"{name}.yaml").write_text(text)
+        (tmp_path / f"{name}.yaml").write_text(text, encoding="utf-8")
     return {name: tmp_path / f"{name}.yaml" for name in ("dense", "sparse")}
 
 

@@ -19,10 +19,10 @@ def rig_text(*sensors: str) -> str:
 
 def test_a_bad_rig_file_is_refused_in_one_line_with_its_name_and_line(riglens, tmp_path, boxes):
     path, target = tmp_path / "bad.yaml", tmp_path / "scores.json"
-    path.write_text(rig_text(LIDAR, LIDAR.replace("A", "B").replace("2]", "high]")))
-    target.write_text("kept")
+    path.write_text(rig_text(LIDAR, LIDAR.replace("A", "B").replace("2]", "high]")), encoding="utf-8")
+    target.write_text("kept", encoding="utf-8")
     line = riglens("evaluate", path, "--boxes", boxes, *SMALL_GRID, "--json", target).refused()
-    assert 'bad.yaml:5: lidar "B": position' in line and target.read_text() == "kept"
+    assert 'bad.yaml:5: lidar "B": position' in line and target.read_text(encoding="utf-8") == "kept"
 
 
 def test_a_rig_that_is_neither_file_nor_preset_is_refused_with_the_presets(riglens):
@@ -96,12 +96,12 @@ def test_a_file_that_is_no_pog_is_not_said_to_need_trust(riglens, boxes):
 
 def test_a_bad_box_table_is_refused_with_its_line_and_the_old_pog_stays(riglens, tmp_path):
     rows = "".join(f"s,{i},car,{'1.2.3' if i == 4709 else '1'},0,1,4,2,1,0\n" for i in range(6000))
-    (tmp_path / "bad.csv").write_text(HEADER + rows)
+    (tmp_path / "bad.csv").write_text(HEADER + rows, encoding="utf-8")
     target = tmp_path / "old.npz"
-    target.write_text("kept")
+    target.write_text("kept", encoding="utf-8")
     line = riglens("data", "build", tmp_path / "bad.csv", "--out", target, *SMALL_GRID).refused()
     assert "bad.csv" in line and "4711" in line
-    assert target.read_text() == "kept"
+    assert target.read_text(encoding="utf-8") == "kept"
     assert sorted(path.name for path in tmp_path.iterdir()) == ["bad.csv", "old.npz"]
 
 

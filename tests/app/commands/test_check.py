@@ -26,7 +26,7 @@ EASY = HEAD + (
 
 def required(tmp_path, text: str):
     path = tmp_path / "required.yaml"
-    path.write_text(text)
+    path.write_text(text, encoding="utf-8")
     return path
 
 
@@ -70,7 +70,7 @@ def test_what_is_not_met_ends_with_1_and_says_by_how_much(riglens, tmp_path):
     found = riglens("check", "Center", "--requirements", asked, "--json", out)
     assert found.code == 1 and found.err == ""
     assert "NOT MET" in found.out and "at most 0.50 m²" in found.out and "over the skin" in found.out
-    document = json.loads(out.read_text())
+    document = json.loads(out.read_text(encoding="utf-8"))
     area, mounts = document["verdicts"]
     assert not document["passes"] and (area["status"], mounts["status"]) == ("not met", "not met")
     assert any("overhang" in line for line in mounts["details"])
@@ -88,7 +88,9 @@ SMALL_FILE = (
 
 
 def test_impossible_mounts_are_named_where_no_requirement_judges_them(riglens, small_rig, tmp_path):
-    small_rig.write_text(small_rig.read_text().replace("[0.1, 0.2, 1.9]", "[0.1, 0.2, -1]"))
+    small_rig.write_text(
+        small_rig.read_text(encoding="utf-8").replace("[0.1, 0.2, 1.9]", "[0.1, 0.2, -1]"), encoding="utf-8"
+    )
     area = HEAD + "blind_voxel_m: 0.5\nblind_areas: [{height_m: 0.8, at_most_m2: 10000}]\n"
     found = riglens("check", small_rig, "--requirements", required(tmp_path, area))
     assert found.code == 1 and "below the ground: roof" in found.out and "roof: below the ground" in found.err
@@ -102,7 +104,7 @@ def test_several_rigs_are_checked_each_with_hashes_of_all_that_counts(riglens, t
     words = ("check", "Center", "Line", "--requirements", asked, "--junit", junit)
     found = riglens(*words, "--json", tmp_path / "check.json", "--github")
     assert found.code == 1 and found.err == ""
-    document = json.loads((tmp_path / "check.json").read_text())
+    document = json.loads((tmp_path / "check.json").read_text(encoding="utf-8"))
     assert not document["passes"] and [one["rig"]["name"] for one in document["rigs"]] == ["Center", "Line"]
     for one in document["rigs"]:
         assert one["requirements"]["sha256"] == hashlib.sha256(asked.read_bytes()).hexdigest()

@@ -22,7 +22,7 @@ def ahead(tmp_path):
         rows.append(f"s,{frame},car,{x:.2f},{y:.2f},-0.9,4.5,1.9,1.6,0.1\n")
         rows.append(f's,{frame},"lamp [red]post[/red]",3,3,0,1,1,1,0\n')
     path = tmp_path / "ahead.csv"
-    path.write_text(HEADER + "".join(rows))
+    path.write_text(HEADER + "".join(rows), encoding="utf-8")
     return path
 
 
@@ -69,7 +69,7 @@ def test_whatever_computes_figures_points_out_once_that_the_ground_is_off(
     riglens, ahead, tmp_path, monkeypatch, command
 ):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "required.yaml").write_text(REQUIREMENTS)
+    (tmp_path / "required.yaml").write_text(REQUIREMENTS, encoding="utf-8")
     boxes = [ahead] if command == "data build" else ["--boxes", ahead]
     words = (*command.split(), *FIGURES[command], *boxes, *SMALL_GRID)
     found = riglens(*words)
@@ -101,7 +101,7 @@ def test_json_holds_the_same_figures(riglens, ahead, tmp_path):
     assert len(document["warnings"]) == 2
     target = tmp_path / "out.json"
     assert riglens("data", "show", ahead, "--json", target).code == 0
-    assert json.loads(target.read_text()) == document
+    assert json.loads(target.read_text(encoding="utf-8")) == document
 
 
 def test_ground_auto_lifts_the_boxes_and_says_so(riglens, ahead):
@@ -159,16 +159,18 @@ def test_bad_data_and_usage_end_in_one_line(riglens, tmp_path):
     assert "no such file or folder" in riglens("data", "show", tmp_path / "no").refused()
     assert "BOXES" in riglens("data", "show").refused()
     assert "--json" in riglens("data", "show", tmp_path, "--json", "-x").refused()
-    (tmp_path / "x.csv").write_text(HEADER + "s,0,car,1,2,3,4,5\n")
+    (tmp_path / "x.csv").write_text(HEADER + "s,0,car,1,2,3,4,5\n", encoding="utf-8")
     assert "x.csv:2" in riglens("data", "show", tmp_path / "x.csv").refused()
 
 
 def test_one_frame_is_told_to_have_no_entropy(riglens, tmp_path):
     path = tmp_path / "one.csv"
-    path.write_text(HEADER + "s,0,car,5,1,0.8,4.5,1.9,1.6,0.1\n")
+    path.write_text(HEADER + "s,0,car,5,1,0.8,4.5,1.9,1.6,0.1\n", encoding="utf-8")
     outcome = riglens("evaluate", "W+T", "--boxes", path, *SMALL_GRID)
     assert outcome.code == 0 and "one frame only" in outcome.err and "without entropy" in outcome.err
-    path.write_text(HEADER + "s,0,car,5,1,0.8,4.5,1.9,1.6,0.1\ns,1,car,5,1,0.8,4.5,1.9,1.6,0.1\n")
+    path.write_text(
+        HEADER + "s,0,car,5,1,0.8,4.5,1.9,1.6,0.1\ns,1,car,5,1,0.8,4.5,1.9,1.6,0.1\n", encoding="utf-8"
+    )
     assert "one frame only" not in riglens("evaluate", "W+T", "--boxes", path, *SMALL_GRID).err
 
 

@@ -13,7 +13,7 @@ def test_a_detection_range_as_json_csv_and_chart(riglens, tmp_path):
     assert result.code == 0
     assert "first distance in metres with too little" in result.out and "stops within (m)" in result.out
     assert ">12" in result.out and "never" in result.out  # LiDARs see that far, and there is no camera
-    document = json.loads(text.read_text())["range"]
+    document = json.loads(text.read_text(encoding="utf-8"))["range"]
     assert (document["body"], document["min_points"], document["to_m"]) == ("blocks", 5, 12.0)
     rows = document["rigs"][0]["rows"]
     assert {(row["class"], row["heading_deg"]) for row in rows} == {
@@ -25,5 +25,5 @@ def test_a_detection_range_as_json_csv_and_chart(riglens, tmp_path):
         lines = list(csv.DictReader(stream))
     assert len(lines) == 2 * len(rows) and lines[0]["kind"] == "lidar" and lines[0]["threshold"] == "5"
     assert png.read_bytes().startswith(b"\x89PNG")
-    assert riglens(*RANGE, "--range-chart", svg, "--json", "-").out == text.read_text()
+    assert riglens(*RANGE, "--range-chart", svg, "--json", "-").out == text.read_text(encoding="utf-8")
     assert b"pedestrian" in svg.read_bytes() or svg.read_bytes().startswith(b"<?xml")

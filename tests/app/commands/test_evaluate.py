@@ -51,9 +51,10 @@ def test_the_json_figures_fit_together(riglens, boxes, small_rig):
 
 
 def test_a_rig_without_sensors_or_a_class_without_boxes_gives_zeros_not_nan(riglens, tmp_path):
-    (tmp_path / "empty.yaml").write_text("riglens: 1\nname: empty\nsensors: []\n")
+    (tmp_path / "empty.yaml").write_text("riglens: 1\nname: empty\nsensors: []\n", encoding="utf-8")
     (tmp_path / "cars.csv").write_text(
-        "seq,frame,cls,x,y,z,length,width,height,yaw\ns,0,car,0,0,1,4,2,1.5,0\ns,1,car,9,9,1,4,2,1.5,0\n"
+        "seq,frame,cls,x,y,z,length,width,height,yaw\ns,0,car,0,0,1,4,2,1.5,0\ns,1,car,9,9,1,4,2,1.5,0\n",
+        encoding="utf-8",
     )
     result = riglens(
         "evaluate", tmp_path / "empty.yaml", "--boxes", tmp_path / "cars.csv", *SMALL_GRID, "--json", "-"
@@ -80,7 +81,7 @@ def test_sensors_that_are_not_on_the_cars_surface_are_noted_and_leave_the_json_a
     rig = "riglens: 1\nname: three\nsensors:\n"
     for name, place in (("high", "[0, 0, 2.2]"), ("roof", "[0.1, 0, 1.5]"), ("seat", "[0, 0, 0.9]")):
         rig += f"  - {{name: {name}, kind: camera, position: {place}, image: [64, 48], cast: [8, 6], hfov_deg: 60}}\n"
-    (tmp_path / "three.yaml").write_text(rig)
+    (tmp_path / "three.yaml").write_text(rig, encoding="utf-8")
     result = riglens("evaluate", tmp_path / "three.yaml", "--boxes", boxes, *SMALL_GRID, "--json", "-")
     notes = [line for line in result.err.splitlines() if "three: " in line]
     assert [line.split(":")[2] for line in notes] == [" high", " seat"]
@@ -93,7 +94,7 @@ def test_nothing_is_said_of_places_on_a_body_that_is_not_read(riglens, boxes, tm
     rig += (
         "  - {name: high, kind: camera, position: [0, 0, 2.2], image: [64, 48], cast: [8, 6], hfov_deg: 60}\n"
     )
-    (tmp_path / "one.yaml").write_text(rig)
+    (tmp_path / "one.yaml").write_text(rig, encoding="utf-8")
     options = ("--boxes", boxes, *SMALL_GRID, "--body", "ignored")
     result = riglens("evaluate", tmp_path / "one.yaml", *options)
     assert result.code == 0 and "high" not in result.err
@@ -103,7 +104,7 @@ def test_a_json_file_is_written_beside_the_table(riglens, boxes, tmp_path):
     target = tmp_path / "scores.json"
     result = riglens("evaluate", "W+T", "--boxes", boxes, *SMALL_GRID, "--json", target)
     assert result.code == 0
-    assert json.loads(target.read_text())["rigs"][0]["name"] == "W+T"
+    assert json.loads(target.read_text(encoding="utf-8"))["rigs"][0]["name"] == "W+T"
     for word in ("S-MIG", "S-MS", "seen", "W+T", "pedestrian, H(Ω)", "3 frames", "reading covered"):
         assert word in result.out
 
@@ -157,15 +158,17 @@ def test_a_class_map_for_names_that_no_box_has_is_told(riglens, boxes, tmp_path)
         assert "class map" not in riglens(*words, *idle).err
     folder = tmp_path / "logs"
     folder.mkdir()
-    text = boxes.read_text()
-    (folder / "one.csv").write_text(text)
-    (folder / "two.csv").write_text(text.replace("shopping_cart", "dog").replace("\ns,", "\nt,"))
+    text = boxes.read_text(encoding="utf-8")
+    (folder / "one.csv").write_text(text, encoding="utf-8")
+    (folder / "two.csv").write_text(
+        text.replace("shopping_cart", "dog").replace("\ns,", "\nt,"), encoding="utf-8"
+    )
     result = riglens("data", "show", folder, *mapped)
     assert "no box is called 'nosuch'" in result.err and "cart" not in result.err
 
 
 def test_a_rig_name_is_printed_as_it_is(riglens, boxes, tmp_path):
-    (tmp_path / "odd.yaml").write_text("riglens: 1\nname: '[red]odd[/]'\nsensors: []\n")
+    (tmp_path / "odd.yaml").write_text("riglens: 1\nname: '[red]odd[/]'\nsensors: []\n", encoding="utf-8")
     result = riglens("evaluate", tmp_path / "odd.yaml", "--boxes", boxes, *SMALL_GRID)
     assert "[red]odd[/]" in result.out
 
@@ -175,10 +178,11 @@ def test_names_classes_and_files_never_steer_the_terminal(riglens, tmp_path):
     boxes.write_text(
         "seq,frame,cls,x,y,z,length,width,height,yaw\n"
         "s,0,car,6,0,0.8,4.5,1.9,1.6,0.3\n"
-        "s,0,\x1b]0;owned\x07cart\x9b1m,6,0,0.8,4.5,1.9,1.6,0.3\n"
+        "s,0,\x1b]0;owned\x07cart\x9b1m,6,0,0.8,4.5,1.9,1.6,0.3\n",
+        encoding="utf-8",
     )
     rig = tmp_path / "odd.yaml"
-    rig.write_text('riglens: 1\nname: "\\x1b[31modd\\nnote: all is well"\nsensors: []\n')
+    rig.write_text('riglens: 1\nname: "\\x1b[31modd\\nnote: all is well"\nsensors: []\n', encoding="utf-8")
     for words in (("evaluate", rig), ("data", "show")):
         boxes_words = (boxes,) if words[0] == "data" else ("--boxes", boxes, *SMALL_GRID)
         result = riglens(*words, *boxes_words)
@@ -215,7 +219,7 @@ def test_a_command_that_draws_nothing_loads_neither_qt_nor_vtk(boxes):
         "sys.exit(f'loaded {loaded}' if loaded else code)"
     )
     command = [sys.executable, "-c", script, "evaluate", "W+T", "--boxes", str(boxes), *SMALL_GRID]
-    result = subprocess.run(command, cwd=REPOSITORY, capture_output=True, text=True, timeout=TIMEOUT_S)
+    result = subprocess.run(command, cwd=REPOSITORY, capture_output=True, encoding="utf-8", timeout=TIMEOUT_S)
     assert result.returncode == 0, result.stderr
 
 
@@ -240,17 +244,17 @@ sensors:
 
 
 def test_rays_that_the_lens_has_not_are_counted_in_a_note(riglens, boxes, tmp_path):
-    (tmp_path / "bent.yaml").write_text(BARREL)
+    (tmp_path / "bent.yaml").write_text(BARREL, encoding="utf-8")
     result = riglens("evaluate", tmp_path / "bent.yaml", "--boxes", boxes, *SMALL_GRID)
     assert result.code == 0
     assert "bent: cam: 2,772 of 3,072 rays are outside the valid range of its lens model" in result.err
-    (tmp_path / "mild.yaml").write_text(BARREL.replace("-0.35", "-0.01"))
+    (tmp_path / "mild.yaml").write_text(BARREL.replace("-0.35", "-0.01"), encoding="utf-8")
     assert "lens" not in riglens("evaluate", tmp_path / "mild.yaml", "--boxes", boxes, *SMALL_GRID).err
 
 
 @pytest.mark.slow
 def test_the_accuracy_study_leaves_out_rough_methods_that_do_not_know_a_lens(riglens, boxes, tmp_path):
-    (tmp_path / "bent.yaml").write_text(BARREL)
+    (tmp_path / "bent.yaml").write_text(BARREL, encoding="utf-8")
     options = ("--boxes", boxes, *SMALL_GRID, "--quick", "--out", tmp_path / "out")
     result = riglens("study", "accuracy", tmp_path / "bent.yaml", *options)
     assert result.code == 0
@@ -285,7 +289,7 @@ def seen(result):
 
 def test_rays_end_at_the_car_as_the_rig_says_or_as_is_said_for_this_run(riglens, boxes, tmp_path):
     rig = tmp_path / "low.yaml"
-    rig.write_text(LOW.replace("BODY", "sedan"))
+    rig.write_text(LOW.replace("BODY", "sedan"), encoding="utf-8")
     scene = ("--boxes", boxes, *SMALL_GRID, "--json", "-")
     usual, blocks, ignored = (
         seen(riglens("evaluate", rig, *scene, *options))
@@ -310,7 +314,7 @@ def test_the_table_says_what_the_body_does(riglens, boxes, tmp_path):
 
 def test_a_body_whose_mesh_is_missing_or_broken_is_one_line_and_no_score(riglens, boxes, tmp_path):
     rig = tmp_path / "low.yaml"
-    rig.write_text(LOW.replace("BODY", "car.glb"))
+    rig.write_text(LOW.replace("BODY", "car.glb"), encoding="utf-8")
     for _ in ("missing", "broken"):
         result = riglens("evaluate", rig, "--boxes", boxes, *SMALL_GRID)
         assert result.code == 2 and not result.out
@@ -322,16 +326,18 @@ def test_a_body_whose_mesh_is_missing_or_broken_is_one_line_and_no_score(riglens
 def test_a_body_in_millimetres_is_told_with_the_scale_that_it_needs(riglens, boxes, tmp_path):
     corners = [f"v {x} {y} {z}" for x in (0, 4600) for y in (0, 1900) for z in (0, 1450)]
     faces = ("1 3 4 2", "5 6 8 7", "1 2 6 5", "3 7 8 4", "1 5 7 3", "2 4 8 6")
-    (tmp_path / "car.obj").write_text("\n".join([*corners, *(f"f {face}" for face in faces)]) + "\n")
+    (tmp_path / "car.obj").write_text(
+        "\n".join([*corners, *(f"f {face}" for face in faces)]) + "\n", encoding="utf-8"
+    )
     rig = tmp_path / "low.yaml"
-    rig.write_text(LOW.replace("BODY", "car.obj"))
+    rig.write_text(LOW.replace("BODY", "car.obj"), encoding="utf-8")
     said = (
         "vehicle.body: car.obj: the mesh is 4,600.00 × 1,900.00 × 1,450.00 m; set vehicle.mesh.scale: 0.001"
     )
     for command in (["evaluate"], ["review", "--only", "audit"]):
         result = riglens(*command, rig, "--boxes", boxes, *SMALL_GRID)
         assert result.code == 0 and said in result.err
-    rig.write_text(LOW.replace("BODY", "car.obj, mesh: {scale: 0.001}"))
+    rig.write_text(LOW.replace("BODY", "car.obj, mesh: {scale: 0.001}"), encoding="utf-8")
     assert "vehicle.mesh.scale" not in riglens("evaluate", rig, "--boxes", boxes, *SMALL_GRID).err
 
 

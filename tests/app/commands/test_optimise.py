@@ -47,7 +47,7 @@ def test_the_table_says_the_bound_and_the_verdict(riglens, town):
 
 def test_a_sensor_moves_by_weights_and_is_checked_in_other_data(riglens, town, tmp_path):
     other = tmp_path / "village.csv"
-    other.write_text(town.read_text())
+    other.write_text(town.read_text(encoding="utf-8"), encoding="utf-8")
     name = rl.open_rig("KITTI car").enabled_lidars()[0].name
     asked = ("--move", f"{name}=0.6", "--weight", "pedestrian=2", "--weight", "0-20=3")
     found = riglens(
@@ -66,7 +66,8 @@ def test_requirements_limit_mounts_and_are_checked(riglens, town, tmp_path):
     file.write_text(
         "riglens_requirements: 1\n"
         "mounts: {height_m: [1.2, 3.0], gap_m: 0.3}\n"
-        "on_target:\n- {id: easy, class: car, at_least: 0.01}\n- {id: hard, class: car, at_least: 1.0}\n"
+        "on_target:\n- {id: easy, class: car, at_least: 0.01}\n- {id: hard, class: car, at_least: 1.0}\n",
+        encoding="utf-8",
     )
     found = riglens("optimise", "KITTI car", *FEW, "--boxes", town, "--requirements", file, "--json", "-")
     assert found.code == 0
@@ -77,7 +78,9 @@ def test_requirements_limit_mounts_and_are_checked(riglens, town, tmp_path):
 
 def test_of_a_file_and_an_option_the_stricter_limit_holds(riglens, town, tmp_path):
     file = tmp_path / "requirements.yaml"
-    file.write_text("riglens_requirements: 1\nmounts: {height_m: [0.2, 1.3], spacing_m: 0.1}\n")
+    file.write_text(
+        "riglens_requirements: 1\nmounts: {height_m: [0.2, 1.3], spacing_m: 0.1}\n", encoding="utf-8"
+    )
     asked = ("KITTI car", *FEW, "--singles", "--boxes", town, "--requirements", file, "--json", "-")
     (best, *_) = json.loads(riglens("optimise", *asked, "--lowest", "1.0").out)["proposals"]
     assert 1.0 <= best["sensors"][0]["position"][2] <= 1.3

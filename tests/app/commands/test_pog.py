@@ -64,13 +64,13 @@ def test_what_is_not_a_pog_is_refused(riglens, boxes, stored):
 
 def test_ctrl_c_in_the_middle_of_a_build_changes_nothing(riglens_process, tmp_path):
     table = tmp_path / "long.csv"
-    with table.open("w") as file:
+    with table.open("w", encoding="utf-8") as file:
         file.write("seq,frame,cls,x,y,z,length,width,height,yaw\n")
         for frame in range(1_000_000):
             file.write(f"s,{frame},bus,{frame % 17},2,1.8,12,2.5,3.5,0.5\n")
     out, cache = tmp_path / "out", tmp_path / "cache"
     out.mkdir()
-    (out / "old.npz").write_text("kept")
+    (out / "old.npz").write_text("kept", encoding="utf-8")
     environment = {"RIGLENS_CACHE_DIR": str(cache)}
     process = riglens_process(
         "data",
@@ -89,7 +89,7 @@ def test_ctrl_c_in_the_middle_of_a_build_changes_nothing(riglens_process, tmp_pa
     assert process.returncode in (130, -signal.SIGINT)  # a shell says 130 to both
     assert output == ""
     assert errors == "riglens: interrupted; no file was changed\n"
-    assert (out / "old.npz").read_text() == "kept"
+    assert (out / "old.npz").read_text(encoding="utf-8") == "kept"
     assert [path.name for path in out.iterdir()] == ["old.npz"]
 
 
@@ -109,7 +109,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for table in range(TABLES):
         numbers = random.uniform([-18, -9, 0.5, 3, 1, 1, -3], [18, 9, 2, 12, 3, 3, 3], (2400, 7)).round(3)
         rows = (f"s,{n // 4},car,{','.join(map(str, row))}" for n, row in enumerate(numbers.tolist()))
-        (path / f"{table}.csv").write_text(HEADER + "\n".join(rows) + "\n")
+        (path / f"{table}.csv").write_text(HEADER + "\n".join(rows) + "\n", encoding="utf-8")
     return path
 
 
@@ -214,7 +214,7 @@ def test_options_of_the_build_are_checked(riglens, boxes, tmp_path, monkeypatch)
 
 def test_a_bad_table_among_many_is_named_in_one_line(riglens, folder, tmp_path):
     bad = tmp_path / "bad.csv"
-    bad.write_text(HEADER + "s,0,car,abc,0,0,1,1,1,0\n")
+    bad.write_text(HEADER + "s,0,car,abc,0,0,1,1,1,0\n", encoding="utf-8")
     outcome = riglens(
         "data", "build", folder / "0.csv", bad, "--out", tmp_path / "o.npz", *GRID, "--workers", "2"
     )
@@ -248,7 +248,7 @@ def address_in(file: Path) -> str:
 
     def is_written() -> bool:
         with contextlib.suppress(FileNotFoundError, json.JSONDecodeError):
-            found.append(str(json.loads(file.read_text())["address"]))
+            found.append(str(json.loads(file.read_text(encoding="utf-8"))["address"]))
         return bool(found)
 
     poll(is_written)

@@ -12,11 +12,13 @@ REDUNDANCY = ("review", "--only", "redundancy")
 def test_the_json_agrees_with_the_scores_of_rigs_without_the_sensors(riglens, boxes, tmp_path):
     whole, less = tmp_path / "rig.yaml", tmp_path / "less.yaml"
     assert riglens("list", "rigs", "Wide", "--out", whole).code == 0
-    text = whole.read_text()
+    text = whole.read_text(encoding="utf-8")
     first = text.index("  - name: CAM_FRONT_LEFT")
     second = text.index("  - name:", first + 5)
-    less.write_text(text[:first] + text[second:])
-    whole.write_text(text.replace("    kind: camera", "    kind: camera\n    fails_with: [ecu]"))
+    less.write_text(text[:first] + text[second:], encoding="utf-8")
+    whole.write_text(
+        text.replace("    kind: camera", "    kind: camera\n    fails_with: [ecu]"), encoding="utf-8"
+    )
     words = (*REDUNDANCY, whole, "--boxes", boxes, *SMALL_GRID, "--json", "-")
     document = riglens(*words).part("redundancy")
     assert document["note"].startswith("a count of views, no evidence")

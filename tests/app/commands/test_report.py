@@ -96,10 +96,10 @@ def made(tmp_path_factory):
     """A report on two rigs, the first with a hostile name and a radar; (page, the words that made it, boxes)."""
     folder = tmp_path_factory.mktemp("report")
     out, required, boxes = folder / "report.html", folder / "required.yaml", folder / "boxes.csv"
-    (folder / "one.yaml").write_text(RIG.format(name=json.dumps(NAME)) + RADAR)
-    (folder / "two.yaml").write_text(RIG.format(name="second"))
-    required.write_text(REQUIRED)
-    boxes.write_text(BOXES)
+    (folder / "one.yaml").write_text(RIG.format(name=json.dumps(NAME)) + RADAR, encoding="utf-8")
+    (folder / "two.yaml").write_text(RIG.format(name="second"), encoding="utf-8")
+    required.write_text(REQUIRED, encoding="utf-8")
+    boxes.write_text(BOXES, encoding="utf-8")
     words = (
         "report",
         folder / "one.yaml",
@@ -356,7 +356,7 @@ def test_odd_values_among_the_inputs_of_a_report_are_refused_in_one_line(
         figures = copy.deepcopy(document.figures)
         (figures if key == "inputs" else figures["inputs"])[key] = value
         path = tmp_path / "odd.json"
-        path.write_text(json.dumps(figures))
+        path.write_text(json.dumps(figures), encoding="utf-8")
         said = riglens("report", "--verify", path, "--boxes", made[2]).refused()
         assert "odd.json:" in said or key in ("voxel_m", "roi_m", "lambda"), (value, said)
 
@@ -369,7 +369,7 @@ def test_odd_figures_beside_the_inputs_are_differences(made_again, document, rig
         ("rigs", {"a": None}),
         ("version", [[[[[[]]]]]]),
     ):
-        path.write_text(json.dumps({**document.figures, part: value}))
+        path.write_text(json.dumps({**document.figures, part: value}), encoding="utf-8")
         found = riglens("report", "--verify", path, "--boxes", made_again)
         assert found.code == 1 and f"{part}" in found.out and "differs" in found.out
 
@@ -378,10 +378,11 @@ def test_verify_reads_the_tables_of_rays_beside_a_page(made, riglens, tmp_path):
     there, here = tmp_path / "there", tmp_path / "here"
     (there / "rays").mkdir(parents=True), here.mkdir()
     rows = "".join(f"{azimuth},{elevation}\n" for azimuth in range(-40, 41, 8) for elevation in (-12, -4))
-    (there / "rays" / "a.csv").write_text("azimuth_deg,elevation_deg\n" + rows)
+    (there / "rays" / "a.csv").write_text("azimuth_deg,elevation_deg\n" + rows, encoding="utf-8")
     (there / "rig.yaml").write_text(
         "riglens: 1\nname: table\nsensors:\n"
-        "  - {name: front, kind: lidar, position: [1.5, 0, 1.6], rays: {file: rays/a.csv}}\n"
+        "  - {name: front, kind: lidar, position: [1.5, 0, 1.6], rays: {file: rays/a.csv}}\n",
+        encoding="utf-8",
     )
     arguments, page = ("--boxes", made[2], *SMALL_GRID, "--draws", "2"), there / "a.html"
     found = riglens("report", there / "rig.yaml", *arguments, "--out", page)
@@ -400,13 +401,13 @@ def test_verify_reads_no_mesh_outside_the_folder_of_a_page(
 ):
     there, here = tmp_path / "there", tmp_path / "here"
     there.mkdir(), here.mkdir()
-    (there / "car.stl").write_text("not a mesh")
+    (there / "car.stl").write_text("not a mesh", encoding="utf-8")
     monkeypatch.setenv("HOME", str(there))
     figures = copy.deepcopy(document.figures)
     rig = figures["inputs"]["rigs"][1]
     figures["inputs"]["rigs"][1] = re.sub(r"body: sedan", f"body: {named.format(there=there)}", rig)
     assert figures["inputs"]["rigs"][1] != rig
-    (here / "a.json").write_text(json.dumps(figures))
+    (here / "a.json").write_text(json.dumps(figures), encoding="utf-8")
     said = riglens("report", "--verify", here / "a.json", "--boxes", made[2]).refused()
     assert f"{here / 'car.stl'}: no such file; name the folder" in said
     asked = riglens("report", "--verify", here / "a.json", "--boxes", made[2], "--meshes", there).refused()
@@ -529,7 +530,7 @@ def test_a_pdf_has_tags_for_headings_tables_and_pictures_with_words_for_each(doc
 
 
 def test_a_pdf_reads_no_file_and_no_address_that_a_page_names(tmp_path):
-    (tmp_path / "secret.css").write_text("p { color: red; font-size: 90px }")
+    (tmp_path / "secret.css").write_text("p { color: red; font-size: 90px }", encoding="utf-8")
     plain_page = "<html lang=en><title>a</title>%s<p>b</p>"
     named = f'<link rel="stylesheet" href="{(tmp_path / "secret.css").as_uri()}">'
     assert pdf_of(plain_page % named, {}) == pdf_of(plain_page % "", {})
@@ -790,7 +791,7 @@ def test_bad_input_is_told_in_one_line(riglens, arguments, said):
 def test_names_in_requirements_are_checked_before_any_work(riglens, tmp_path, monkeypatch, profile, said):
     monkeypatch.setattr(making, "report_of", None)
     path = tmp_path / "required.yaml"
-    path.write_text(f"riglens_requirements: 1\nblind_objects: [{{profile: {profile}}}]\n")
+    path.write_text(f"riglens_requirements: 1\nblind_objects: [{{profile: {profile}}}]\n", encoding="utf-8")
     out = riglens("report", "Center", "--requirements", path, "--out", tmp_path / "a.html").refused()
     assert "required.yaml" in out and said in out
 
@@ -829,7 +830,9 @@ def test_only_a_pdf_loads_what_lays_it_out():
 @pytest.mark.parametrize("text", ["", "<html>", '<script type="application/json" id="figures">{', "{}"])
 def test_what_is_no_report_is_refused(riglens, tmp_path, text):
     path = tmp_path / "a.html"
-    path.write_text(text if text != "{}" else '<script type="application/json" id="figures">{}</script>')
+    path.write_text(
+        text if text != "{}" else '<script type="application/json" id="figures">{}</script>', encoding="utf-8"
+    )
     assert "a.html: " in riglens("report", "--verify", path).refused()
 
 

@@ -12,7 +12,7 @@ def test_each_part_is_the_same_alone(riglens, boxes, small_rig, tmp_path):
     out = tmp_path / "review.json"
     found = riglens("review", small_rig, "--boxes", boxes, *SMALL_GRID, *DRAWS, "--json", out)
     assert found.code == 0, found.err
-    document = json.loads(out.read_text())
+    document = json.loads(out.read_text(encoding="utf-8"))
     assert list(document) == ["riglens", *PARTS]
     for part in PARTS:
         words = ("review", small_rig, "--only", part, "--boxes", boxes, *SMALL_GRID, *DRAWS)

@@ -34,14 +34,14 @@ def test_a_preset_written_to_a_file_is_the_same_rig(riglens, tmp_path, name):
 
 def test_a_preset_is_printed_as_yaml(riglens, tmp_path):
     result = riglens("list", "rigs", "W+T")
-    (tmp_path / "rig.yaml").write_text(result.out)
+    (tmp_path / "rig.yaml").write_text(result.out, encoding="utf-8")
     assert load_rig(tmp_path / "rig.yaml").rig == preset("W+T")
 
 
 def test_an_unknown_preset_is_refused_and_the_old_file_stays(riglens, tmp_path):
-    (tmp_path / "rig.yaml").write_text("kept")
+    (tmp_path / "rig.yaml").write_text("kept", encoding="utf-8")
     assert "W+X" in riglens("list", "rigs", "W+X", "--out", tmp_path / "rig.yaml").refused()
-    assert (tmp_path / "rig.yaml").read_text() == "kept"
+    assert (tmp_path / "rig.yaml").read_text(encoding="utf-8") == "kept"
 
 
 def test_out_without_a_name_is_refused(riglens, tmp_path):
@@ -147,7 +147,8 @@ def test_what_cannot_be_done_is_said_in_one_line(
 def test_an_xacro_file_without_anything_is_refused_in_one_line(riglens: Run, tmp_path: Path) -> None:
     kit = tmp_path / "kit.xacro"
     kit.write_text(
-        '<robot name="kit" xmlns:xacro="http://ros.org/wiki/xacro"><xacro:include filename="a"/></robot>'
+        '<robot name="kit" xmlns:xacro="http://ros.org/wiki/xacro"><xacro:include filename="a"/></robot>',
+        encoding="utf-8",
     )
     assert (
         "kit.xacro:1: <robot>: a robot needs at least one <link>"
@@ -242,10 +243,11 @@ def test_every_figure_of_a_list_of_models_has_a_heading(kind):
 
 
 def test_rigs_find_the_models_of_a_library_of_ones_own(riglens, boxes, tmp_path):
-    (tmp_path / "own.yaml").write_text(OWN)
+    (tmp_path / "own.yaml").write_text(OWN, encoding="utf-8")
     (tmp_path / "rig.yaml").write_text(
         "riglens: 1\nname: own\nsensors:\n"
-        "  - {name: a, kind: camera, model: my-cam, position: [0, 0, 2], cast: [16, 12]}\n"
+        "  - {name: a, kind: camera, model: my-cam, position: [0, 0, 2], cast: [16, 12]}\n",
+        encoding="utf-8",
     )
     small = ("--boxes", boxes, "--voxel", "0.5", "--roi", "20", "20", "4")
     assert riglens("evaluate", tmp_path / "rig.yaml", *small).code == 2

@@ -19,7 +19,8 @@ def small_rig(tmp_path: Path) -> Path:
         "riglens: 1\nname: small\nsensors:\n"
         "  - {name: roof, kind: lidar, position: [0.0, 0.0, 2.0], elevations_deg: {from: -20, to: 2, count: 8},\n"
         "     azimuths_deg: {from: -180, to: 180, count: 180}}\n"
-        "  - {name: front, kind: camera, position: [1.0, 0.0, 1.6], image: [80, 60], hfov_deg: 90, cast: [40, 30]}\n"
+        "  - {name: front, kind: camera, position: [1.0, 0.0, 1.6], image: [80, 60], hfov_deg: 90, cast: [40, 30]}\n",
+        encoding="utf-8",
     )
     return path
 
@@ -29,7 +30,7 @@ def files(folder: Path) -> list[str]:
 
 
 def table(folder: Path, name: str) -> list[dict[str, object]]:
-    found = json.loads((folder / "v1.0-trainval" / f"{name}.json").read_text())
+    found = json.loads((folder / "v1.0-trainval" / f"{name}.json").read_text(encoding="utf-8"))
     assert isinstance(found, list)
     return found
 
@@ -63,7 +64,9 @@ def test_several_rigs_get_folders_of_their_names(riglens, boxes, tmp_path, small
 def test_rigs_whose_names_give_the_same_folder_are_refused(riglens, boxes, tmp_path, small_rig, one, other):
     paths = [tmp_path / "one.yaml", tmp_path / "other.yaml"]
     for path, name in zip(paths, (one, other), strict=True):
-        path.write_text(small_rig.read_text().replace("name: small", f"name: '{name}'"))
+        path.write_text(
+            small_rig.read_text(encoding="utf-8").replace("name: small", f"name: '{name}'"), encoding="utf-8"
+        )
     result = riglens("simulate", *paths, "--boxes", boxes, "--out", tmp_path / "sets")
     one_line(result, f"the rigs '{one}' and '{other}' would share the folder")
     assert not (tmp_path / "sets").exists()
@@ -79,7 +82,9 @@ def test_two_runs_in_one_folder_are_refused(riglens, boxes, tmp_path, small_rig)
 
 def test_a_class_without_objects_and_frames_without_boxes(riglens, tmp_path, small_rig):
     cars = tmp_path / "cars.csv"
-    cars.write_text("seq,frame,cls,x,y,z,length,width,height,yaw\na,0,car,8,0,0.8,4,1.8,1.6,0\n")
+    cars.write_text(
+        "seq,frame,cls,x,y,z,length,width,height,yaw\na,0,car,8,0,0.8,4,1.8,1.6,0\n", encoding="utf-8"
+    )
     words = ("--boxes", cars, "--frames", "2", "--workers", "1")
     result = riglens("simulate", small_rig, *words, "--out", tmp_path / "set")
     assert result.code == 0
@@ -93,7 +98,7 @@ def test_the_bundled_town_knows_where_the_car_is(riglens, tmp_path, small_rig):
     assert riglens("simulate", small_rig, *words, "--out", tmp_path / "set").code == 0
     places = {tuple(pose["translation"]) for pose in table(tmp_path / "set", "ego_pose")}
     assert len(places) == len(table(tmp_path / "set", "sample")) > 5
-    splits = json.loads((tmp_path / "set" / "v1.0-trainval" / "splits.json").read_text())
+    splits = json.loads((tmp_path / "set" / "v1.0-trainval" / "splits.json").read_text(encoding="utf-8"))
     assert [len(splits[name]) for name in ("riglens_train", "riglens_val")] == [4, 1]
 
 
@@ -135,7 +140,7 @@ def test_no_room_is_one_line_and_leaves_nothing(riglens, boxes, tmp_path, small_
 
 def test_rigs_that_measure_nothing(riglens, boxes, tmp_path):
     nothing = tmp_path / "nothing.yaml"
-    nothing.write_text("riglens: 1\nname: bare\nsensors: []\n")
+    nothing.write_text("riglens: 1\nname: bare\nsensors: []\n", encoding="utf-8")
     one_line(riglens("simulate", nothing, "--boxes", boxes, "--out", tmp_path / "set"), "enabled LiDAR")
     words = ("--boxes", boxes, "--out", tmp_path / "set", "--pictures", "off")
     one_line(riglens("simulate", "Wide", *words), "no LiDAR while no pictures are drawn")
@@ -143,7 +148,7 @@ def test_rigs_that_measure_nothing(riglens, boxes, tmp_path):
 
 def test_another_folder_is_left_alone(riglens, boxes, tmp_path, small_rig):
     (tmp_path / "mine").mkdir()
-    (tmp_path / "mine" / "thesis.tex").write_text("x")
+    (tmp_path / "mine" / "thesis.tex").write_text("x", encoding="utf-8")
     result = riglens("simulate", small_rig, "--boxes", boxes, "--out", tmp_path / "mine")
     one_line(result, "must be a new or an empty folder (holds 'thesis.tex')")
 

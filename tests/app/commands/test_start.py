@@ -45,7 +45,7 @@ def output_of(script: str) -> tuple[str, str]:
         cwd=REPOSITORY,
         env={**os.environ, "PYTHONPATH": str(REPOSITORY)},
         capture_output=True,
-        text=True,
+        encoding="utf-8",
         timeout=TIMEOUT_S,
         check=False,
     )
@@ -114,7 +114,7 @@ def test_help_loads_no_heavy_package(words):
         [sys.executable, "-c", script],
         cwd=REPOSITORY,
         capture_output=True,
-        text=True,
+        encoding="utf-8",
         timeout=TIMEOUT_S,
     )
     assert result.stderr == "[]\n"
@@ -144,7 +144,7 @@ def test_the_module_and_the_console_script_are_the_same_program():
         [sys.executable, "-m", "app", "--version"],
         cwd=REPOSITORY,
         capture_output=True,
-        text=True,
+        encoding="utf-8",
         timeout=TIMEOUT_S,
     )
     assert result.returncode == 0

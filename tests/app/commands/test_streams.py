@@ -49,7 +49,11 @@ def through_a_pipe(capfd: pytest.CaptureFixture[str]) -> Pipe:
             kept, err = os.dup(1), io.StringIO()
             os.dup2(writing, 1)
             os.close(writing)
-            with open(1, "w", closefd=False) as out, redirect_stdout(out), redirect_stderr(err):
+            with (
+                open(1, "w", encoding="utf-8", closefd=False) as out,
+                redirect_stdout(out),
+                redirect_stderr(err),
+            ):
                 code = main([str(argument) for argument in arguments])
             os.dup2(kept, 1)
             os.close(kept)
@@ -101,7 +105,7 @@ def test_other_results_on_standard_output_are_alone_there(boxes: Path, through_a
 
 def test_a_build_of_several_parts_into_a_pipe(riglens, boxes: Path, tmp_path: Path) -> None:
     other = tmp_path / "other.csv"
-    other.write_text(boxes.read_text().replace("\ns,", "\nt,"))
+    other.write_text(boxes.read_text(encoding="utf-8").replace("\ns,", "\nt,"), encoding="utf-8")
     reading, writing = os.pipe()
     received: list[bytes] = []
     with os.fdopen(reading, "rb") as end:
@@ -121,7 +125,7 @@ def test_a_build_of_several_parts_leaves_nothing_beside_a_pipe(riglens, boxes: P
     folder.mkdir()
     os.mkfifo(folder / "pipe")
     other = tmp_path / "other.csv"
-    other.write_text(boxes.read_text())
+    other.write_text(boxes.read_text(encoding="utf-8"), encoding="utf-8")
     end = os.open(folder / "pipe", os.O_RDWR)
     assert (
         riglens("data", "build", boxes, other, *SMALL_GRID, "--out", folder / "pipe", "--workers", "1").code
@@ -134,7 +138,7 @@ def test_a_build_of_several_parts_leaves_nothing_beside_a_pipe(riglens, boxes: P
 
 def test_a_name_as_long_as_a_file_may_have_is_fine(riglens, boxes: Path, tmp_path: Path) -> None:
     other = tmp_path / "other.csv"
-    other.write_text(boxes.read_text())
+    other.write_text(boxes.read_text(encoding="utf-8"), encoding="utf-8")
     out = tmp_path / ("n" * 251 + ".npz")
     assert riglens("data", "build", boxes, other, *SMALL_GRID, "--out", out, "--workers", "1").code == 0
     assert load_pog(out).data.frames == 6

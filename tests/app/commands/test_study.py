@@ -31,14 +31,16 @@ def rows_after(text, title):
 def table1(tmp_path_factory):
     """Standard output, and the two CSV files of the table on a small scene."""
     folder = tmp_path_factory.mktemp("table1")
-    (folder / "boxes.csv").write_text(BOXES)
+    (folder / "boxes.csv").write_text(BOXES, encoding="utf-8")
     files = ("--csv", folder / "table1.csv", "--detection-csv", folder / "table2.csv")
     sheet = folder / "groups.png"
     arguments = ("study", "table1", "--boxes", folder / "boxes.csv", *SMALL_GRID, *files, "--sheet", sheet)
     with contextlib.redirect_stdout(io.StringIO()) as out:
         assert main([str(argument) for argument in arguments]) == 0
     assert sheet.read_bytes().startswith(b"\x89PNG")
-    return out.getvalue(), *([*csv.DictReader(path.read_text().splitlines())] for path in files[1::2])
+    return out.getvalue(), *(
+        [*csv.DictReader(path.read_text(encoding="utf-8").splitlines())] for path in files[1::2]
+    )
 
 
 def test_published_figures_stand_beside_ours_in_the_three_blocks_of_the_paper(table1):
@@ -132,8 +134,8 @@ def test_it_writes_chart_and_csv_and_prints_every_point(riglens, boxes, tmp_path
     assert result.code == 0
     assert sorted(path.name for path in folder.iterdir()) == ["accuracy.csv", "accuracy.png", "accuracy.svg"]
     assert (folder / "accuracy.png").read_bytes().startswith(b"\x89PNG")
-    assert (folder / "accuracy.svg").read_text().startswith("<?xml")
-    rows = list(csv.DictReader((folder / "accuracy.csv").read_text().splitlines()))
+    assert (folder / "accuracy.svg").read_text(encoding="utf-8").startswith("<?xml")
+    rows = list(csv.DictReader((folder / "accuracy.csv").read_text(encoding="utf-8").splitlines()))
     assert {row["method"] for row in rows} >= {"exact", "plain", "bresenham", "rectangles", "centres"}
     assert {float(row["voxel_m"]) for row in rows} == {0.5, 1.0, 2.0}
     for name in ("exact, δ 0.50 m, 352 × 128", "plain DDA", "Bresenham", "exact, 1/2 of the rays"):
@@ -145,7 +147,7 @@ def test_it_writes_chart_and_csv_and_prints_every_point(riglens, boxes, tmp_path
 
 def test_a_voxel_edge_that_does_not_divide_the_roi_is_left_out_with_a_note(riglens, boxes, tmp_path):
     roi, rig = ("--voxel", "0.5", "--roi", "21", "20", "3"), tmp_path / "one.yaml"
-    rig.write_text(ONE_LIDAR)
+    rig.write_text(ONE_LIDAR, encoding="utf-8")
     result = riglens("study", "accuracy", rig, "--boxes", boxes, *roi, "--quick", "--out", tmp_path / "out")
     assert result.code == 0
     assert "note: δ 2.00 m is left out" in result.err
@@ -157,7 +159,7 @@ def test_a_stored_pog_is_studied_on_its_own_grid(riglens, boxes, tmp_path):
     pog = tmp_path / "scene.npz"
     assert riglens("data", "build", boxes, "--out", pog, *SMALL_GRID).code == 0
     rig = tmp_path / "one.yaml"
-    rig.write_text(ONE_LIDAR)
+    rig.write_text(ONE_LIDAR, encoding="utf-8")
     result = riglens("study", "accuracy", rig, "--pog", pog, "--quick", "--out", tmp_path / "out")
     assert result.code == 0
     assert "holds one grid only" in result.err
@@ -166,7 +168,7 @@ def test_a_stored_pog_is_studied_on_its_own_grid(riglens, boxes, tmp_path):
 
 def test_bad_input_is_refused_before_anything_is_measured(riglens, boxes, tmp_path):
     file = tmp_path / "file"
-    file.write_text("")
+    file.write_text("", encoding="utf-8")
     common = ("--boxes", boxes, *SMALL_GRID, "--quick")
     assert "--out" in riglens("study", "accuracy", *common, "--out", file).refused()
     assert "--threads" in riglens("study", "accuracy", *common, "--threads", "0").refused()
@@ -178,7 +180,7 @@ def test_bad_input_is_refused_before_anything_is_measured(riglens, boxes, tmp_pa
 
 def test_a_rig_without_sensors_is_refused(riglens, boxes, tmp_path):
     rig = tmp_path / "bare.yaml"
-    rig.write_text("riglens: 1\nname: bare\nsensors: []\n")
+    rig.write_text("riglens: 1\nname: bare\nsensors: []\n", encoding="utf-8")
     result = riglens("study", "accuracy", rig, "--boxes", boxes, *SMALL_GRID, "--quick", "--out", tmp_path)
     assert "no sensor is enabled" in result.refused()
 
@@ -194,7 +196,7 @@ def studied(tmp_path_factory):
     """Exit code, standard output and folder of a quick study of a small scene."""
     folder = tmp_path_factory.mktemp("stability")
     boxes = folder / "boxes.csv"
-    boxes.write_text(BOXES)
+    boxes.write_text(BOXES, encoding="utf-8")
     arguments = ["study", "stability", "--boxes", boxes, *SMALL_GRID, "--quick", "--edits", 30]
     out = io.StringIO()
     with contextlib.redirect_stdout(out):
@@ -206,11 +208,13 @@ def test_it_writes_the_page_and_both_tables(studied):
     code, _, folder = studied
     assert code == 0
     assert sorted(path.name for path in folder.iterdir()) == NAMES
-    assert (folder / "stability.html").read_text().startswith("<!DOCTYPE html>")
-    methods = list(csv.DictReader((folder / "stability-methods.csv").read_text().splitlines()))
+    assert (folder / "stability.html").read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
+    methods = list(
+        csv.DictReader((folder / "stability-methods.csv").read_text(encoding="utf-8").splitlines())
+    )
     assert {line["fast_verdict"] for line in methods} == {"ok"}
     assert "30 random edits" in {line["case"] for line in methods}
-    orders = list(csv.DictReader((folder / "stability-metric.csv").read_text().splitlines()))
+    orders = list(csv.DictReader((folder / "stability-metric.csv").read_text(encoding="utf-8").splitlines()))
     assert {line["varied"] for line in orders} == {"default", "δ", "rays", "reading", "λ", "frames"}
 
 
@@ -231,7 +235,7 @@ def test_it_fits_a_pipe_and_cuts_nothing(studied):
 
 def test_bad_input_is_refused_before_anything_is_tried(riglens, boxes, tmp_path):
     file = tmp_path / "file"
-    file.write_text("")
+    file.write_text("", encoding="utf-8")
     common = ("study", "stability", "--boxes", boxes, *SMALL_GRID, "--quick")
     assert "--out" in riglens(*common, "--out", file).refused()
     assert "--edits" in riglens(*common, "--edits", "0", "--out", tmp_path).refused()
@@ -248,7 +252,7 @@ a,1,pedestrian,6,4,0.9,0.6,0.6,1.8,0,20
 
 
 def test_the_targets_study_writes_tables_and_a_chart(riglens, tmp_path):
-    (tmp_path / "boxes.csv").write_text(TRUE_POINTS)
+    (tmp_path / "boxes.csv").write_text(TRUE_POINTS, encoding="utf-8")
     out = tmp_path / "study"
     result = riglens("study", "targets", tmp_path / "boxes.csv", "--rig", "Center", "--out", out)
     assert result.code == 0, result.err
@@ -256,14 +260,14 @@ def test_the_targets_study_writes_tables_and_a_chart(riglens, tmp_path):
         assert f"\n{way}: Spearman" in result.out
     assert "no class has" in result.out and "0 of 0" not in result.out
     assert "car, 2" in result.out
-    lines = (out / "targets-objects.csv").read_text().splitlines()
+    lines = (out / "targets-objects.csv").read_text(encoding="utf-8").splitlines()
     ways = 'plain boxes,class shapes,"class shapes, range law","class shapes, range law, mean of 16 draws"'
     assert lines[0] == f"seq,frame,cls,distance_m,true,{ways}"
     rows = [line.split(",") for line in lines[1:]]
     assert sorted((row[1], row[4]) for row in rows) == [("0", "50"), ("0", "9"), ("1", "20")]
     assert (
         (out / "targets.csv")
-        .read_text()
+        .read_text(encoding="utf-8")
         .startswith("sequence,variant,class,from_m,to_m,spearman,median_ratio,n")
     )
     assert (out / "targets.png").read_bytes().startswith(b"\x89PNG")
@@ -271,8 +275,8 @@ def test_the_targets_study_writes_tables_and_a_chart(riglens, tmp_path):
 
 def test_the_targets_study_refuses_what_does_not_fit(riglens, tmp_path):
     boxes = tmp_path / "boxes.csv"
-    boxes.write_text(TRUE_POINTS)
+    boxes.write_text(TRUE_POINTS, encoding="utf-8")
     assert "--rig is needed, or --rigs" in riglens("study", "targets", boxes, "--out", tmp_path).refused()
-    (tmp_path / "rigs.json").write_text('{"b": {}}')
+    (tmp_path / "rigs.json").write_text('{"b": {}}', encoding="utf-8")
     words = ("study", "targets", boxes, "--rigs", tmp_path / "rigs.json", "--out", tmp_path)
     assert "a rig for sequence 'a'" in riglens(*words).refused()

@@ -81,7 +81,8 @@ def test_origin_and_distance_decide_what_counts(riglens, boxes, tmp_path):
 def test_a_table_that_calls_its_frames_by_far_numbers_gets_them_back(riglens, tmp_path):
     (tmp_path / "boxes.csv").write_text(
         "seq,frame,cls,x,y,z,length,width,height,yaw\n"
-        "b,7,car,9,0,1,4,2,2,0\nb,900,tree,9,9,1,4,2,2,0\na,3,car,9,9,1,4,2,2,0\n=a,5,car,9,9,1,4,2,2,0\n"
+        "b,7,car,9,0,1,4,2,2,0\nb,900,tree,9,9,1,4,2,2,0\na,3,car,9,9,1,4,2,2,0\n=a,5,car,9,9,1,4,2,2,0\n",
+        encoding="utf-8",
     )
     out = tmp_path / "objects.csv"
     assert riglens(*TARGETS, "Center", "--boxes", tmp_path / "boxes.csv", "--objects", out).code == 0
@@ -134,7 +135,7 @@ def test_a_rig_without_a_kind_of_sensor_has_dashes_not_zeros(riglens, boxes, tmp
     held = {"eyes": sensors[:1], "points": sensors[1:2], "everything": sensors}
     for name, those in held.items():
         text = "\n".join(["riglens: 1", f"name: {name}", "sensors:", *(f"  - {one}" for one in those)])
-        (tmp_path / f"{name}.yaml").write_text(text)
+        (tmp_path / f"{name}.yaml").write_text(text, encoding="utf-8")
     rigs = [tmp_path / f"{tuple(held)[place]}.yaml" for place in order]
     document = json.loads(riglens(*TARGETS, *rigs, "--boxes", boxes, *EXACT, "--json", "-").out)
     lacking = {"eyes": {"share_5", "seen_lidar", "radar"}, "points": {"visible", "seen_camera", "radar"}}
@@ -157,8 +158,10 @@ def test_what_stands_around_hides_road_users(riglens, boxes, tmp_path):
     walls, poses = tmp_path / "walls.csv", tmp_path / "poses.csv"
     rows = ["m,wall,101.5,50,2,0.1,3,4,0", "m,wall,98.5,50,2,0.1,3,4,0", "m,wall,100,51.5,2,3,0.1,4,0"]
     rows += ["m,wall,100,48.5,2,3,0.1,4,0"]
-    walls.write_text("\n".join(["map,cls,x,y,z,length,width,height,yaw", *rows]) + "\n")
-    poses.write_text("seq,frame,map,x,y,z,yaw\n" + "".join(f"s,{k},m,100,50,0,{k}\n" for k in range(3)))
+    walls.write_text("\n".join(["map,cls,x,y,z,length,width,height,yaw", *rows]) + "\n", encoding="utf-8")
+    poses.write_text(
+        "seq,frame,map,x,y,z,yaw\n" + "".join(f"s,{k},m,100,50,0,{k}\n" for k in range(3)), encoding="utf-8"
+    )
     plain = riglens(*TARGETS, "Center", "--boxes", boxes, "--json", "-").part("targets")
     hidden = riglens(*TARGETS, "Center", "--boxes", boxes, "--occluders", walls, poses, "--json", "-")
     document = hidden.part("targets")
@@ -202,7 +205,7 @@ def test_occluders_belong_to_boxes(riglens):
 def test_an_edited_rig_keeps_its_body_mode_unless_another_is_said_for_this_run(riglens, boxes, tmp_path):
     own = tmp_path / "own.yaml"
     assert riglens("list", "rigs", "W+T", "--out", own).code == 0
-    own.write_text(own.read_text().replace("W+T", "mine", 1))
+    own.write_text(own.read_text(encoding="utf-8").replace("W+T", "mine", 1), encoding="utf-8")
     for arguments, body in (
         (["W+T"], "ignored"),
         ([own], "ignored"),

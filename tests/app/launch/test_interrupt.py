@@ -227,7 +227,7 @@ def test_a_second_ctrl_c_before_the_first_was_heeded_ends_the_process() -> None:
         "    print('still there')\n"
     )
     done = subprocess.run(
-        [sys.executable, "-c", script], capture_output=True, text=True, timeout=TIMEOUT_S, check=False
+        [sys.executable, "-c", script], capture_output=True, encoding="utf-8", timeout=TIMEOUT_S, check=False
     )
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "riglens: interrupted\n")
 
@@ -245,5 +245,5 @@ def test_a_thread_that_goes_on_does_not_keep_the_process() -> None:
 
 def has_loaded(pid: int, library: str) -> bool:
     """Whether the process has mapped a shared library."""
-    with open(f"/proc/{pid}/maps") as maps:
+    with open(f"/proc/{pid}/maps", encoding="utf-8") as maps:
         return library in maps.read()

@@ -181,7 +181,7 @@ def test_the_session_imports_no_widgets() -> None:
     imported = {
         node.module
         for path in files
-        for node in ast.walk(ast.parse(path.read_text()))
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
         if isinstance(node, ast.ImportFrom)
     }
     assert "PySide6.QtCore" in imported

@@ -44,10 +44,10 @@ def orphan(folder: Path, path: Path | None = None) -> Path:
     """The file of a window that is gone."""
     file = AutosaveFile(folder)
     file.write(Unsaved(MOVED, RIG, path))
-    said = json.loads(file.path.read_text())
+    said = json.loads(file.path.read_text(encoding="utf-8"))
     said["owner"]["started_at"] -= 1000.0
     file.remove()
-    file.path.write_text(json.dumps(said))
+    file.path.write_text(json.dumps(said), encoding="utf-8")
     return file.path
 
 
@@ -69,7 +69,7 @@ def files(folder: Path) -> list[Path]:
 
 def test_changes_of_a_killed_window_are_recovered_at_the_next_start(qtbot: QtBot, tmp_path: Path) -> None:
     rig = tmp_path / "my.yaml"
-    rig.write_text("# mine\n" + new_rig_file(RIG).text)
+    rig.write_text("# mine\n" + new_rig_file(RIG).text, encoding="utf-8")
     killed_window(tmp_path, rig)
     with open_bench(qtbot, tmp_path, data=False) as bench:
         start(bench, tmp_path / "unsaved")
@@ -78,7 +78,7 @@ def test_changes_of_a_killed_window_are_recovered_at_the_next_start(qtbot: QtBot
         assert bench.document.rig == MOVED
         assert bench.document.path == rig and bench.document.is_modified
         bench.act("save")
-        assert load_rig(rig).rig == MOVED and rig.read_text().startswith("# mine\n")
+        assert load_rig(rig).rig == MOVED and rig.read_text(encoding="utf-8").startswith("# mine\n")
     assert files(tmp_path / "unsaved") == []
 
 
@@ -151,7 +151,7 @@ def test_changes_are_written_and_the_file_goes_when_they_are_saved(qtbot: QtBot,
 def test_a_folder_that_cannot_be_written_is_told_once_per_attempt_and_the_work_goes_on(
     qtbot: QtBot, tmp_path: Path
 ) -> None:
-    (tmp_path / "unsaved").write_text("a file where the folder should be")
+    (tmp_path / "unsaved").write_text("a file where the folder should be", encoding="utf-8")
     with open_bench(qtbot, tmp_path) as bench:
         start(bench, tmp_path / "unsaved")
         bench.document.apply(MOVED)
@@ -179,11 +179,11 @@ def test_a_file_that_makes_no_sense_is_passed_over(tmp_path: Path, content: byte
 
 def changed(file: Path, *place: str, to: object) -> None:
     """Put another value into an autosave file."""
-    said = inner = json.loads(file.read_text())
+    said = inner = json.loads(file.read_text(encoding="utf-8"))
     for key in place[:-1]:
         inner = inner[key]
     inner[place[-1]] = to
-    file.write_text(json.dumps(said))
+    file.write_text(json.dumps(said), encoding="utf-8")
 
 
 WRONG: list[tuple[tuple[str, ...], object]] = [
@@ -253,7 +253,7 @@ def test_a_pipe_of_that_name_is_not_waited_for(tmp_path: Path) -> None:
 def test_a_clock_that_is_set_leaves_a_running_window_its_file(tmp_path: Path) -> None:
     other = AutosaveFile(tmp_path)
     other.write(Unsaved(MOVED, RIG, None))
-    said = json.loads(other.path.read_text())
+    said = json.loads(other.path.read_text(encoding="utf-8"))
     changed(other.path, "owner", "started_at", to=said["owner"]["started_at"] - 1.5)
     assert orphans(tmp_path) == []
 

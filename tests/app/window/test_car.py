@@ -85,7 +85,7 @@ def vehicles_shown(bench: FullDesk) -> list[tuple]:
 def test_a_mesh_file_chosen_in_the_inspector_becomes_the_body_named_from_the_rigs_folder(bench, tmp_path):
     bench.document.save(tmp_path / "rig.yaml")
     (tmp_path / "meshes").mkdir()
-    (tmp_path / "meshes" / "car.obj").write_text(TETRAHEDRON)
+    (tmp_path / "meshes" / "car.obj").write_text(TETRAHEDRON, encoding="utf-8")
     bench.document.select(None)
     bench.dialogs.path = tmp_path / "meshes" / "car.obj"
     bench.qtbot.mouseClick(bench.find("mesh"), Qt.MouseButton.LeftButton)
@@ -100,7 +100,7 @@ def test_a_mesh_file_chosen_in_the_inspector_becomes_the_body_named_from_the_rig
 def test_a_rig_saved_elsewhere_goes_on_finding_its_mesh(bench, tmp_path):
     for folder in ("here", "there"):
         (tmp_path / folder).mkdir()
-    (tmp_path / "here" / "car.obj").write_text(TETRAHEDRON)
+    (tmp_path / "here" / "car.obj").write_text(TETRAHEDRON, encoding="utf-8")
     bench.document.save(tmp_path / "here" / "rig.yaml")
     bench.features.car.take_mesh(tmp_path / "here" / "car.obj")
     assert bench.document.rig.vehicle.body == "car.obj"
@@ -134,7 +134,7 @@ def test_a_mesh_that_cannot_be_read_is_reported_and_a_box_stands_in_for_it(bench
 
 
 def test_the_car_of_the_rig_before_is_gone_at_once_when_a_mesh_is_read_or_missing(bench, tmp_path):
-    (tmp_path / "good.obj").write_text(TETRAHEDRON)
+    (tmp_path / "good.obj").write_text(TETRAHEDRON, encoding="utf-8")
     bench.features.car.take_mesh(tmp_path / "good.obj")
     bench.qtbot.waitUntil(lambda: vehicles_shown(bench)[-1][1] is not None, timeout=TIMEOUT_MS)
     other = Rig(name="other", vehicle=Vehicle(body=str(tmp_path / "none.glb"), length=5.2))
@@ -146,7 +146,7 @@ def test_the_car_of_the_rig_before_is_gone_at_once_when_a_mesh_is_read_or_missin
 
 def mesh_in_millimetres(bench: FullDesk, tmp_path: Path) -> None:
     """Choose a mesh of 2 × 1 × 1 m whose file says 2000 for its length."""
-    (tmp_path / "car.obj").write_text(TETRAHEDRON.replace("v 2 0 0", "v 2000 0 0"))
+    (tmp_path / "car.obj").write_text(TETRAHEDRON.replace("v 2 0 0", "v 2000 0 0"), encoding="utf-8")
     bench.features.car.take_mesh(tmp_path / "car.obj")
     bench.qtbot.waitUntil(lambda: "Which unit" in bench.workbench.notes.message, timeout=TIMEOUT_MS)
     bench.document.select(None)

@@ -145,7 +145,7 @@ def test_a_preset_and_a_file_are_opened_from_the_table(bench: Bench, tmp_path: P
 
 def test_a_file_that_is_no_rig_is_reported_and_not_listed(bench: Bench, tmp_path: Path) -> None:
     bench.dialogs.path = tmp_path / "bad.yaml"
-    bench.dialogs.path.write_text("riglens: 1\nsensors: 7\n")
+    bench.dialogs.path.write_text("riglens: 1\nsensors: 7\n", encoding="utf-8")
     bench.act("compare_file")
     assert "bad.yaml" in bench.workbench.errors.message
     assert len(compare(bench).rows) == 1

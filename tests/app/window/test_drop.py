@@ -23,7 +23,7 @@ OTHER = Rig(name="other")
 @pytest.fixture
 def other(tmp_path: Path) -> Path:
     path = tmp_path / "other.yaml"
-    path.write_text(new_rig_file(OTHER).text)
+    path.write_text(new_rig_file(OTHER).text, encoding="utf-8")
     return path
 
 
@@ -53,7 +53,9 @@ def test_a_dropped_rig_is_opened(bench: FullDesk, other: Path) -> None:
 
 def test_a_dropped_mesh_becomes_the_body(bench: FullDesk, tmp_path: Path) -> None:
     mesh = tmp_path / "car.obj"
-    mesh.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n")
+    mesh.write_text(
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n", encoding="utf-8"
+    )
     assert drop(bench, mesh)
     assert bench.document.rig.vehicle.body == mesh.as_posix()
     bench.qtbot.waitUntil(lambda: bench.viewport.state.vehicle.body_mesh is not None, timeout=TIMEOUT_MS)
@@ -78,7 +80,7 @@ def test_unsaved_changes_are_asked_for(bench: FullDesk, other: Path, way: str) -
 
 def test_dropped_boxes_are_loaded(whole: Bench, tmp_path: Path) -> None:
     path = tmp_path / "more.csv"
-    path.write_text(BOXES + "s,3,car,4,4,0.8,4.5,1.9,1.6,0\n")
+    path.write_text(BOXES + "s,3,car,4,4,0.8,4.5,1.9,1.6,0\n", encoding="utf-8")
     assert drop(whole, path)
     whole.qtbot.waitUntil(lambda: "more.csv" in whole.workbench.status.scene.text(), timeout=TIMEOUT_MS)
 

@@ -66,7 +66,7 @@ def test_saving_a_foreign_rig_asks_for_a_file_and_leaves_the_source_alone(
 
 def test_a_broken_foreign_file_is_reported_and_the_rig_stays(bench: FullDesk, tmp_path: Path) -> None:
     bad = tmp_path / "rig.json"
-    bad.write_text('{"rig": {"sensors": [1]}}')
+    bad.write_text('{"rig": {"sensors": [1]}}', encoding="utf-8")
     bench.dialogs.path = bad
     bench.act("open")
     bench.qtbot.waitUntil(lambda: "rig.json" in bench.workbench.errors.message, timeout=TIMEOUT_MS)

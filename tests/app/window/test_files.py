@@ -55,7 +55,7 @@ def test_saving_again_asks_no_second_time_and_save_as_does(bench: FullDesk, tmp_
 
 def test_a_file_that_cannot_be_read_is_reported_and_the_rig_stays(bench: FullDesk, tmp_path: Path) -> None:
     bad = tmp_path / "bad.yaml"
-    bad.write_text("riglens: 1\nname: bad\ncolour: red\n")
+    bad.write_text("riglens: 1\nname: bad\ncolour: red\n", encoding="utf-8")
     bench.dialogs.path = bad
     bench.act("open")
     assert bench.document.rig == RIG

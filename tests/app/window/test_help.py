@@ -112,7 +112,7 @@ def test_f1_opens_the_guide_and_its_links_lead_to_other_pages(unscored: Bench, q
     Dialogs().show_guide(unscored.window, page)
     guide = unscored.window.findChild(Guide)
     assert guide is not None and "first five minutes" in guide.text.toPlainText()
-    assert "](" in page.read_text() and "](" not in guide.text.toPlainText()
+    assert "](" in page.read_text(encoding="utf-8") and "](" not in guide.text.toPlainText()
     guide.text.setSource(guide.text.source().resolved("heatmap.md"))
     assert "heatmap" in guide.text.source().fileName() and len(guide.text.toPlainText()) > 200
     back = next(button for button in guide.findChildren(QPushButton) if button.text() == "Back")

@@ -80,10 +80,10 @@ def test_no_animation_of_a_dock_outlives_its_end(desk: FullDesk) -> None:
 def test_what_is_as_it_was_is_not_written_again(desk: FullDesk, tmp_path: Path, timers: HandTimers) -> None:
     desk.act("theme_light")
     timers.run_out()
-    (tmp_path / "window.ini").write_text("")
+    (tmp_path / "window.ini").write_text("", encoding="utf-8")
     desk.act("theme_light")
     timers.run_out()
-    assert (tmp_path / "window.ini").read_text() == ""
+    assert (tmp_path / "window.ini").read_text(encoding="utf-8") == ""
 
 
 def test_a_maximised_window_stays_so_when_the_layout_is_reset(qtbot: QtBot, tmp_path: Path) -> None:

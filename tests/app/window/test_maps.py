@@ -267,7 +267,8 @@ def test_another_data_set_brings_its_own_frames(bench: Bench, tmp_path: Path) ->
     other = tmp_path / "other.csv"
     other.write_text(
         "seq,frame,cls,x,y,z,length,width,height,yaw\n"
-        + "".join(f"s,{n},pedestrian,8,0,0.9,0.6,0.6,1.8,0\n" for n in range(9))
+        + "".join(f"s,{n},pedestrian,8,0,0.9,0.6,0.6,1.8,0\n" for n in range(9)),
+        encoding="utf-8",
     )
     bench.features.scene_data.load(scene_options(tmp_path, boxes=other))
     bench.settle()

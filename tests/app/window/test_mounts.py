@@ -66,10 +66,12 @@ def test_limits_of_a_file_take_the_place_of_the_usual_ones_and_a_click_selects(
     desk.open_page("mounts", mounts)
     usual, page = lines(mounts), mounts.page
     desk.dialogs.path = tmp_path / "required.yaml"
-    desk.dialogs.path.write_text("riglens_requirements: 1\nblind_areas: [{height_m: 0.3, at_most_m2: 0}]\n")
+    desk.dialogs.path.write_text(
+        "riglens_requirements: 1\nblind_areas: [{height_m: 0.3, at_most_m2: 0}]\n", encoding="utf-8"
+    )
     page.file.click()
     assert "'mounts'" in desk.workbench.errors.message and lines(mounts) == usual
-    desk.dialogs.path.write_text(REQUIRED)
+    desk.dialogs.path.write_text(REQUIRED, encoding="utf-8")
     page.file.click()
     limits = read_requirements(desk.dialogs.path).mounts
     assert limits is not None

@@ -80,7 +80,7 @@ def test_without_box_data_nothing_pretends_to_be_on_its_way(qtbot: QtBot, tmp_pa
         bench.drag("front", (0.5, 0.0, 1.5))
         assert bench.workbench.status.state.text() == "no box data, no scores"
         assert bench.shown("car", "seen") == "—"
-        (tmp_path / "nowhere.csv").write_text(CARS)
+        (tmp_path / "nowhere.csv").write_text(CARS, encoding="utf-8")
         load = bench.panels.scene.findChild(QPushButton, "load")
         assert load is not None and load.isEnabled()
         load.click()
@@ -126,7 +126,7 @@ def test_a_sensor_outside_the_roi_is_marked_at_the_edge_of_the_map(qtbot: QtBot,
 
 def test_a_class_without_boxes_has_nothing_to_see_or_to_miss(qtbot: QtBot, tmp_path: Path) -> None:
     boxes = tmp_path / "cars.csv"
-    boxes.write_text(CARS)
+    boxes.write_text(CARS, encoding="utf-8")
     with open_bench(qtbot, tmp_path, boxes=boxes) as bench:
         bench.features.heat.set_class("pedestrian")
         assert map_message(bench) == "This data set has no pedestrians: nothing to see or to miss"

@@ -80,7 +80,7 @@ def said(folder: Path, *words: object) -> dict:
     """The JSON of a command."""
     out = folder / "out.json"
     assert main([str(word) for word in (*words, "--json", out)]) in (0, 1)
-    return json.loads(out.read_text())
+    return json.loads(out.read_text(encoding="utf-8"))
 
 
 @pytest.fixture
@@ -122,7 +122,7 @@ def test_every_command_page_script_and_the_window_give_one_value_for_each_figure
             values.add("tolerance", **{f"seen {cls} any": tolerance[f"seen {cls}"]["nominal"]})
             values.add("tolerance", **{f"on_target {cls}": tolerance[f"on_target {cls}"]["nominal"]})
         profile = blind["profiles"][0]
-        required.write_text(REQUIRED.replace("PROFILE", json.dumps(profile["name"])))
+        required.write_text(REQUIRED.replace("PROFILE", json.dumps(profile["name"])), encoding="utf-8")
         values.add_verdicts("check", said(tmp_path, "check", given, "--requirements", required, *scene))
         values.add(
             "blind", **{f"objects of {profile['name']} unseen": len(profile["objects"]) - profile["seen"]}

@@ -381,7 +381,9 @@ def one_way_boxes(folder: Path) -> Path:
         f"s,{frame},car,{7 + frame % 3},{0.1 * (frame - 30):.2f},0.8,1.5,1.0,1.6,0" for frame in range(60)
     ]
     path = folder / "ahead.csv"
-    path.write_text("\n".join(["seq,frame,cls,x,y,z,length,width,height,yaw", *rows]) + "\n")
+    path.write_text(
+        "\n".join(["seq,frame,cls,x,y,z,length,width,height,yaw", *rows]) + "\n", encoding="utf-8"
+    )
     return path
 
 

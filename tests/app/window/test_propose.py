@@ -246,7 +246,9 @@ def test_proposals_are_exported_as_rigs_and_a_table(
     desk.dialogs.path = tmp_path / "out"
     desk.qtbot.mouseClick(desk.features.propose.panel.export, Qt.MouseButton.LeftButton)
     assert load_rig(tmp_path / "out" / "proposal-1.yaml").rig == result.best.rig
-    assert len((tmp_path / "out" / "proposals.csv").read_text().splitlines()) == 1 + len(result.proposals)
+    assert len((tmp_path / "out" / "proposals.csv").read_text(encoding="utf-8").splitlines()) == 1 + len(
+        result.proposals
+    )
 
 
 def test_pause_stop_and_a_process_that_does_not_stop(desk: FullDesk, result: rl.OptimiseResult) -> None:

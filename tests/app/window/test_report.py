@@ -52,7 +52,7 @@ def job(folder: Path, **scene: object) -> ReportJob:
 @pytest.mark.slow
 def test_a_report_is_made_of_the_rigs_scene_and_settings_of_its_request(tmp_path: Path) -> None:
     boxes, told = tmp_path / "boxes.csv", list[tuple[float, str]]()
-    boxes.write_text(BOXES)
+    boxes.write_text(BOXES, encoding="utf-8")
     folder = tmp_path / "made"
     folder.mkdir()
     asked = job(folder, boxes=boxes, voxel_m=0.5, roi_m=(20.0, 10.0, 4.0))
@@ -108,7 +108,7 @@ def preview(desk: FullDesk) -> ReportDialog:
     def work(job: ReportJob, progress: object) -> list[Path]:
         jobs.append(job)
         for name in (PAGE, PDF):
-            (job.folder / name).write_text(name)
+            (job.folder / name).write_text(name, encoding="utf-8")
         paths = [job.folder / f"{number}.png" for number in (1, 2)]
         for path, colour in zip(paths, (0xFFFF0000, 0xFF00FF00), strict=True):
             image = QImage(40, 3000, QImage.Format.Format_RGB32)

@@ -22,7 +22,7 @@ def said(folder: Path, *words: object) -> dict:
     """The JSON of a command."""
     out = folder / "out.json"
     assert main([str(word) for word in (*words, "--json", out)]) == 0
-    return json.loads(out.read_text())
+    return json.loads(out.read_text(encoding="utf-8"))
 
 
 def test_scores_compare_targets_and_test_objects_are_those_of_the_commands(
@@ -31,7 +31,7 @@ def test_scores_compare_targets_and_test_objects_are_those_of_the_commands(
     one, two = tmp_path / "one.yaml", tmp_path / "two.yaml"
     other = RIG.replace(name="other", sensors=(CAMERA,))
     for path, rig in ((one, RIG), (two, other)):
-        path.write_text(dumps(rig))
+        path.write_text(dumps(rig), encoding="utf-8")
     with open_bench(qtbot, tmp_path, counter=make_counter()) as bench:
         compare = bench.features.compare
         compare.add_file(two)

@@ -105,7 +105,9 @@ def test_a_folder_without_boxes_is_refused_at_once(qtbot: QtBot, tmp_path: Path)
 
 def test_a_ground_off_zero_is_shown_and_mended_with_one_click(qtbot: QtBot, tmp_path: Path) -> None:
     cars = "".join(f"s,{n},car,{4 + n % 4},{n % 7 - 3},-0.9,4.5,1.9,1.6,0.{n}\n" for n in range(1, 41))
-    (tmp_path / "low.csv").write_text(f"seq,frame,cls,x,y,z,length,width,height,yaw\n{cars}")
+    (tmp_path / "low.csv").write_text(
+        f"seq,frame,cls,x,y,z,length,width,height,yaw\n{cars}", encoding="utf-8"
+    )
     with open_bench(qtbot, tmp_path, boxes=tmp_path / "low.csv", roi_m=SMALL_ROI_M) as bench:
         notes, status = bench.workbench.notes, bench.workbench.status
         assert "low.csv" in notes.message and "-1.7" in notes.message and "0 0 1.7" in notes.message

@@ -161,7 +161,7 @@ def test_a_voxel_edge_that_does_not_divide_the_region_is_refused(bench: Bench) -
 
 def test_boxes_that_cannot_be_read_are_reported_and_the_old_ones_stay(bench: Bench, tmp_path: Path) -> None:
     bad = tmp_path / "bad.csv"
-    bad.write_text("seq,frame,cls,x,y\ns,0,car,1,2\n")
+    bad.write_text("seq,frame,cls,x,y\ns,0,car,1,2\n", encoding="utf-8")
     before = bench.panels.scores.table.as_text()
     bench.dialogs.path = bad
     bench.act("boxes_file")

@@ -153,14 +153,15 @@ def test_draws_below_what_a_file_requires_are_told_with_their_error(desk: FullDe
     strip = feature(desk).strip
     assert strip._below["car"].text() == "" and strip.required.text() == "Requirements…"
     desk.dialogs.path = tmp_path / "required.yaml"
-    desk.dialogs.path.write_text("riglens_requirements: 1\nmounts: {gap_m: 0.1}\n")
+    desk.dialogs.path.write_text("riglens_requirements: 1\nmounts: {gap_m: 0.1}\n", encoding="utf-8")
     strip.required.click()
     assert "needs a section" in desk.workbench.errors.message and strip._below["car"].text() == ""
     desk.dialogs.path.write_text(
         "riglens_requirements: 1\n"
         "seen: [{class: bicycle, at_least: 0.47}, {class: car, at_least: 0.9}]\n"
         "tolerance: [{profile: assembly, class: car, limit: 0.475, at_most: 0.1}, "
-        "{profile: ride, class: pedestrian, limit: 0.1}]\n"
+        "{profile: ride, class: pedestrian, limit: 0.1}]\n",
+        encoding="utf-8",
     )
     strip.required.click()
     assert strip.required.text() == "Without required.yaml", desk.workbench.errors.message

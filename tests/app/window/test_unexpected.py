@@ -31,7 +31,7 @@ def test_an_exception_in_a_slot_is_told_and_logged_and_the_window_goes_on(
         bar = bench.workbench.errors
         assert "RuntimeError: the wheel came off" in bar.message and "\n" not in bar.message
         assert "in fail" in bar.details
-        assert "the wheel came off" in (tmp_path / "state" / LOG).read_text()
+        assert "the wheel came off" in (tmp_path / "state" / LOG).read_text(encoding="utf-8")
         bench.act("new")
         assert bench.document.rig.sensors == ()
     assert "RuntimeError" in capfd.readouterr().err
@@ -53,7 +53,7 @@ def test_without_a_log_folder_failures_are_told_all_the_same(
     qtbot: QtBot, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     told: list[str] = []
-    (tmp_path / "file").write_text("")
+    (tmp_path / "file").write_text("", encoding="utf-8")
     with failures_told(lambda message, details: told.append(message), tmp_path / "file"):
         QTimer.singleShot(0, fail)
         qtbot.waitUntil(lambda: bool(told), timeout=TIMEOUT_MS)

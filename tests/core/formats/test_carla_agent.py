@@ -86,14 +86,14 @@ def test_names_of_a_configuration_beside_the_agent_are_read_and_never_run(tmp_pa
     others = [(CAMERA % (x, SIZE)).replace("'a'", f"'{number}'") for number, x in enumerate(left_out)]
     files = {**agent(", ".join([entry, *others])), "config.py": CONFIG.replace("{mark}", str(mark))}
     for name, text in files.items():
-        (tmp_path / name).write_text(text)
+        (tmp_path / name).write_text(text, encoding="utf-8")
     read = read_rig(tmp_path / "agent.py")
     (camera,) = read.rig.sensors
     turned = Rotation.from_euler("z", 60.0, degrees=True)
     assert_same_pose(sensor_matrix(camera), transform(turned, (-1.5, -0.25, 2.0)))
     assert isinstance(camera, Camera) and camera.image == (640, 600) and not mark.exists()
     assert has(read.report, "read", "numbers of config.py") and has(read.report, "ignored", "left out: x")
-    (tmp_path / "config.py").write_text("x = (\n")
+    (tmp_path / "config.py").write_text("x = (\n", encoding="utf-8")
     with pytest.raises(InputError, match=r"config\.py:1: not Python"):
         read_rig(tmp_path / "agent.py")
 

@@ -47,13 +47,15 @@ def test_one_set_is_read_and_roll_and_pitch_are_degrees() -> None:
 def test_a_set_holds_as_many_lidars_as_num_says(tmp_path: Path) -> None:
     fewer = {"four.toml": SETS["four.toml"].replace("num = [1, 2]", "num = [1, 1]")}
     assert len(read_files(fewer, options=ReadOptions(token="2")).rig.sensors) == 1
-    (tmp_path / "a.toml").write_text(SETS["four.toml"].replace("num = [1, 2]", "num = [2, 2]"))
+    (tmp_path / "a.toml").write_text(
+        SETS["four.toml"].replace("num = [1, 2]", "num = [2, 2]"), encoding="utf-8"
+    )
     with pytest.raises(InputError, match=r"lidar.num\[0\]: .*got 2"):
         read_rig(tmp_path / "a.toml")
 
 
 def test_another_set_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "a.toml").write_text(SETS["four.toml"])
+    (tmp_path / "a.toml").write_text(SETS["four.toml"], encoding="utf-8")
     for token in ("0", "3", "x"):
         with pytest.raises(InputError, match=f"token from 1 to 2 .*got set '{token}'"):
             read_rig(tmp_path / "a.toml", options=ReadOptions(token=token))

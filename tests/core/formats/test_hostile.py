@@ -64,7 +64,7 @@ def test_yaml_anchors_tags_and_merge_keys_are_refused(tmp_path: Path) -> None:
     bomb = "a: &a [x, x]\nb: &b [*a, *a]\ncam0: {intrinsics: *b}\n"
     for number, text in enumerate((bomb, "cam0: !!python/object/apply:os.system [ls]\n", "cam0: {<<: *x}\n")):
         path = tmp_path / f"{number}.yaml"
-        path.write_text(text)
+        path.write_text(text, encoding="utf-8")
         assert "not accepted" in refusal(path, "kalibr")
 
 
@@ -79,7 +79,7 @@ def test_yaml_anchors_tags_and_merge_keys_are_refused(tmp_path: Path) -> None:
 )
 def test_document_types_and_entities_are_refused(tmp_path: Path, text: str) -> None:
     path = tmp_path / "a.urdf"
-    path.write_text(text)
+    path.write_text(text, encoding="utf-8")
     assert "document types are not accepted" in refusal(path)
 
 
@@ -114,23 +114,23 @@ def test_large_files_are_refused_before_they_are_parsed(tmp_path: Path) -> None:
 
 def test_keys_of_very_many_parts_are_refused_unparsed(tmp_path: Path) -> None:
     """The parser's time grows with their square: 80 kB took 18 s."""
-    (tmp_path / "a.toml").write_text("b = 1\na" + ".a" * 40_000 + " = 1\n")
+    (tmp_path / "a.toml").write_text("b = 1\na" + ".a" * 40_000 + " = 1\n", encoding="utf-8")
     assert "a.toml:2: too many dots" in refusal(tmp_path / "a.toml")
     numbers = ", ".join(["0.5"] * MAX_DOTS)
-    (tmp_path / "b.toml").write_text(f"a = [{numbers}]\n")
+    (tmp_path / "b.toml").write_text(f"a = [{numbers}]\n", encoding="utf-8")
     assert Source(tmp_path / "b.toml").toml.item("a").numbers() == [0.5] * MAX_DOTS
-    (tmp_path / "b.toml").write_text(f"a = [{numbers}, 0.5]\n")
+    (tmp_path / "b.toml").write_text(f"a = [{numbers}, 0.5]\n", encoding="utf-8")
     assert "too many dots" in refusal(tmp_path / "b.toml")
 
 
 def test_json_of_very_many_values_is_refused_unparsed(tmp_path: Path) -> None:
     """Empty lists take thirty times as much memory as text."""
-    (tmp_path / "a.json").write_text("[" + "[]," * 1_000_000 + "[]]")
+    (tmp_path / "a.json").write_text("[" + "[]," * 1_000_000 + "[]]", encoding="utf-8")
     assert "at most 2000000" in refusal(tmp_path / "a.json")
 
 
 def test_json_at_the_limit_of_values_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "a.json").write_text('{"x": [[1, 2], [3]]}')  # five commas and brackets
+    (tmp_path / "a.json").write_text('{"x": [[1, 2], [3]]}', encoding="utf-8")  # five commas and brackets
     monkeypatch.setattr(source, "MAX_JSON_VALUES", 6)
     assert Source(tmp_path / "a.json").json.item("x").elements(2)
     monkeypatch.setattr(source, "MAX_JSON_VALUES", 5)
@@ -149,11 +149,11 @@ def test_pipes_and_devices_are_refused_without_waiting(tmp_path: Path, name: str
 
 def test_many_elements_are_refused(tmp_path: Path) -> None:
     for inner in (49_999, 50_000):
-        (tmp_path / "a.urdf").write_text("<robot>" + "<a/>" * inner + "</robot>")
+        (tmp_path / "a.urdf").write_text("<robot>" + "<a/>" * inner + "</robot>", encoding="utf-8")
         assert ("more than 50000 elements" in refusal(tmp_path / "a.urdf")) == (inner == 50_000)
     sensor = {"type": "sensor.lidar.ray_cast", "id": "l"}
     vehicle = {"type": "vehicle.a", "id": "ego", "sensors": [sensor] * 300}
-    (tmp_path / "a.json").write_text(json.dumps({"objects": [vehicle]}))
+    (tmp_path / "a.json").write_text(json.dumps({"objects": [vehicle]}), encoding="utf-8")
     assert "too many sensors (at most 255)" in refusal(tmp_path / "a.json")
 
 
@@ -264,7 +264,7 @@ def test_a_long_chain_of_frames_is_followed_without_recursion(tmp_path: Path) ->
         '<origin xyz="0 0 0.001"/></joint>'
         for n, (one, other) in enumerate(pairwise(ends))
     )
-    (tmp_path / "a.urdf").write_text(f"<robot>{links}{joints}</robot>")
+    (tmp_path / "a.urdf").write_text(f"<robot>{links}{joints}</robot>", encoding="utf-8")
     (lidar,) = read_rig(tmp_path / "a.urdf").rig.sensors
     assert lidar.position[2] == pytest.approx(count / 1000)
 
@@ -302,7 +302,7 @@ def test_a_link_to_a_device_or_a_folder_of_another_kind_is_no_rig(tmp_path: Path
 def test_yaml_that_is_not_a_mapping_is_refused_by_every_format(
     tmp_path: Path, format_: str, content: str
 ) -> None:
-    (tmp_path / "rig.yaml").write_text(content)
+    (tmp_path / "rig.yaml").write_text(content, encoding="utf-8")
     with pytest.raises(InputError):
         read_rig(tmp_path / "rig.yaml", format_)
 

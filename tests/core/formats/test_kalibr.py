@@ -98,13 +98,13 @@ def test_transforms_that_agree_are_not_told() -> None:
 
 
 def test_a_file_without_cameras_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "a.yaml").write_text("imu0: {rate: 200}\n")
+    (tmp_path / "a.yaml").write_text("imu0: {rate: 200}\n", encoding="utf-8")
     with pytest.raises(InputError, match="at least one sensor"):
         read_rig(tmp_path / "a.yaml", "kalibr")
 
 
 def test_a_chain_with_a_gap_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "a.yaml").write_text(chain("", "")["camchain.yaml"])
+    (tmp_path / "a.yaml").write_text(chain("", "")["camchain.yaml"], encoding="utf-8")
     with pytest.raises(InputError, match=r"cam1\.T_cn_cnm1: missing"):
         read_rig(tmp_path / "a.yaml")
 
@@ -121,7 +121,7 @@ def test_a_chain_with_a_gap_is_refused(tmp_path: Path) -> None:
 def test_matrices_of_other_forms_are_refused_with_their_place(
     tmp_path: Path, matrix: str, complaint: str
 ) -> None:
-    (tmp_path / "a.yaml").write_text(f"%YAML:1.0\ncam0:\n  T_imu_cam: {matrix}\n{LENS}")
+    (tmp_path / "a.yaml").write_text(f"%YAML:1.0\ncam0:\n  T_imu_cam: {matrix}\n{LENS}", encoding="utf-8")
     with pytest.raises(InputError, match=complaint.replace("[", r"\[")):
         read_rig(tmp_path / "a.yaml", "kalibr")
 
@@ -129,9 +129,12 @@ def test_matrices_of_other_forms_are_refused_with_their_place(
 def test_opencv_yaml_is_told_by_itself_and_errors_keep_their_line(tmp_path: Path) -> None:
     path = tmp_path / "kalibr_imucam_chain.yaml"
     path.write_text(
-        chain(f"  T_imu_cam: {opencv(ONE)}\n", f"  T_cn_cnm1: {rows(STEP)}\n", "%YAML:1.0\n")["camchain.yaml"]
+        chain(f"  T_imu_cam: {opencv(ONE)}\n", f"  T_cn_cnm1: {rows(STEP)}\n", "%YAML:1.0\n")[
+            "camchain.yaml"
+        ],
+        encoding="utf-8",
     )
     assert detect(Source(path)) is KALIBR
-    path.write_text("%YAML:1.0\n---\ncam0:\n  intrinsics: &a [1]\n")
+    path.write_text("%YAML:1.0\n---\ncam0:\n  intrinsics: &a [1]\n", encoding="utf-8")
     with pytest.raises(InputError, match=r"kalibr_imucam_chain.yaml:4"):
         read_rig(path, "kalibr")

@@ -153,7 +153,7 @@ def test_vins_configuration_places_its_cameras_by_the_imu(tmp_path_factory: pyte
         f"body_T_cam0: {opencv(ONE)}\nbody_T_cam1: {opencv(OTHER)}\nbody_T_cam2: {opencv(OTHER)}\n"
     )
     for name, content in (("config.yaml", text), ("left.yaml", PINHOLE), ("right.yaml", FISHEYE)):
-        (folder / name).write_text(content)
+        (folder / name).write_text(content, encoding="utf-8")
     read = read_rig(folder / "config.yaml", options=AT_ORIGIN)
     first, second = read.rig.sensors
     assert [first.name, second.name] == ["cam0", "cam1"]
@@ -170,7 +170,9 @@ def test_a_configuration_reads_files_beside_it_only(
 
     folder = tmp_path_factory.mktemp("vins") / "inner"
     folder.mkdir()
-    (folder.parent / "left.yaml").write_text(PINHOLE)
-    (folder / "config.yaml").write_text(f"cam0_calib: '{name}'\nbody_T_cam0: {opencv(ONE)}\n")
+    (folder.parent / "left.yaml").write_text(PINHOLE, encoding="utf-8")
+    (folder / "config.yaml").write_text(
+        f"cam0_calib: '{name}'\nbody_T_cam0: {opencv(ONE)}\n", encoding="utf-8"
+    )
     with pytest.raises(InputError, match=r"cam0_calib: .*a file in the same folder"):
         read_rig(folder / "config.yaml")

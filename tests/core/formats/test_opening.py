@@ -70,13 +70,13 @@ def test_a_file_of_another_program_comes_with_a_report_and_without_a_file(tmp_pa
 
 
 def test_what_is_no_rig_is_refused_in_one_line(tmp_path: Path) -> None:
-    (tmp_path / "a.json").write_text("[1, 2]")
+    (tmp_path / "a.json").write_text("[1, 2]", encoding="utf-8")
     (tmp_path / "empty").mkdir()
-    (tmp_path / "c.yaml").write_text("lidars: [front]\n")
+    (tmp_path / "c.yaml").write_text("lidars: [front]\n", encoding="utf-8")
     for name in ("a.json", "c.yaml", "empty"):
         with pytest.raises(InputError, match=r"not a rig in a known format .known: riglens, nuscenes"):
             open_rig(tmp_path / name)
-    (tmp_path / "b.yaml").write_text("name: my rig\nsensors: []\n")
+    (tmp_path / "b.yaml").write_text("name: my rig\nsensors: []\n", encoding="utf-8")
     with pytest.raises(InputError, match=r"b\.yaml:1: riglens is missing"):
         open_rig(tmp_path / "b.yaml")
 

@@ -88,7 +88,10 @@ def test_every_rig_of_the_nuscenes_tables_is_whole(nuscenes: Path) -> None:
 
 def test_nuscenes_poses_are_those_of_the_table(nuscenes: Path) -> None:
     table = json.loads(gzip.decompress((nuscenes / "calibrated_sensor.json.gz").read_bytes()))
-    names = {row["token"]: row["channel"] for row in json.loads((nuscenes / "sensor.json").read_text())}
+    names = {
+        row["token"]: row["channel"]
+        for row in json.loads((nuscenes / "sensor.json").read_text(encoding="utf-8"))
+    }
     rig = read_rig(nuscenes, options=ReadOptions(rear_axle_x=-1.35)).rig
     rear_axle = transform(Rotation.identity(), (-1.35, 0.0, 0.0))
     for row in table[:12]:

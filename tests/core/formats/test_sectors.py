@@ -122,7 +122,7 @@ def test_osi_as_protobufs_printers_write_it() -> None:
 
 def test_osi_is_told_from_other_json(tmp_path: Path) -> None:
     for text in ("{}", "[]", '{"sensor_view_configuration": []}', "[1, {}]"):
-        (tmp_path / "a.json").write_text(text)
+        (tmp_path / "a.json").write_text(text, encoding="utf-8")
         with pytest.raises(InputError):
             read_rig(tmp_path / "a.json")
         with pytest.raises(InputError, match="a message SensorViewConfiguration"):

@@ -126,7 +126,7 @@ def test_no_file_is_read_by_a_way_around_xacro(tmp_path: Path) -> None:
     )
     for attempt, file in zip(attempts, (tmp_path / "secret.yaml", own, own, own), strict=True):
         command = [sys.executable, "-c", code.format(attempt.format(file)), own]
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        done = subprocess.run(command, capture_output=True, encoding="utf-8", check=False)
         assert done.stdout.split() == ["x:", "2", "refused"], done.stderr
 
 

@@ -107,8 +107,8 @@ def test_the_guard_covers_every_case_and_the_json_says_all(result: OptimiseResul
 def test_proposals_are_saved_as_rigs(result: OptimiseResult, tmp_path: Path) -> None:
     *rigs, table = result.save(tmp_path / "out")
     assert [load_rig(path).rig for path in rigs] == [one.rig for one in result.proposals]
-    assert len(table.read_text().splitlines()) == 1 + len(rigs)
-    (tmp_path / "file").write_text("")
+    assert len(table.read_text(encoding="utf-8").splitlines()) == 1 + len(rigs)
+    (tmp_path / "file").write_text("", encoding="utf-8")
     with pytest.raises(InputError, match="must be a folder"):
         result.save(tmp_path / "file")
 

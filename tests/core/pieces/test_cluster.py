@@ -146,8 +146,8 @@ class Cluster:
             *("dask_worker", "--scheduler-file", str(file), "--no-nanny", "--nthreads", "1"),
             *("--local-directory", str(folder), *(["--protocol", "tls"] if scheme == "tls" else [])),
         )
-        poll(lambda: file.exists() and file.read_text().endswith("}"))
-        self.address: str = json.loads(file.read_text())["address"]
+        poll(lambda: file.exists() and file.read_text(encoding="utf-8").endswith("}"))
+        self.address: str = json.loads(file.read_text(encoding="utf-8"))["address"]
 
     def _start(self, module: str, *arguments: str) -> "subprocess.Popen[bytes]":
         command = [sys.executable, "-m", f"distributed.cli.{module}", "--no-dashboard", *arguments]
@@ -195,7 +195,10 @@ def test_a_cluster_gives_the_same_bits(cluster: Cluster, build: Build) -> None:
 @pytest.mark.parametrize(
     ("spoil", "complaint"),
     [
-        (lambda path: path.write_text(HEADER + "s,0,car,abc,0,0,1,1,1,0\n"), r":2: column 'x': .*got 'abc'"),
+        (
+            lambda path: path.write_text(HEADER + "s,0,car,abc,0,0,1,1,1,0\n", encoding="utf-8"),
+            r":2: column 'x': .*got 'abc'",
+        ),
         (Path.unlink, r": cannot be read \(No such file or directory"),
     ],
     ids=["bad data", "no file"],
@@ -216,7 +219,7 @@ def test_data_that_a_worker_cannot_read_are_told_in_one_line_and_the_others_kept
 def test_a_worker_with_other_data_under_the_same_name_is_noticed(
     cluster: Cluster, build: Build, tmp_path: Path
 ) -> None:
-    (tmp_path / "data" / "004.csv").write_text(HEADER + sequence(99))
+    (tmp_path / "data" / "004.csv").write_text(HEADER + sequence(99), encoding="utf-8")
     with (
         pytest.raises(ChildProcessError, match="do the files there differ"),
         cluster_workers(cluster.address) as workers,

@@ -161,7 +161,7 @@ def test_a_cleared_folder_is_gone_unless_something_else_is_in_it(tmp_path: Path)
         folder = tmp_path / str(others)
         squares(folder, OwnProcess())
         if others:
-            (folder / "letter.txt").write_text("x")
+            (folder / "letter.txt").write_text("x", encoding="utf-8")
         sweep(folder).clear()
         assert [path.name for path in folder.glob("*")] == ["letter.txt"] * others
         assert folder.exists() == bool(others)

@@ -78,7 +78,7 @@ def some_rig(sensors: int = 4) -> Rig:
 
 
 def test_the_file_that_the_documentation_shows_is_one() -> None:
-    page = (Path(__file__).resolve().parents[3] / "docs" / "check.md").read_text()
+    page = (Path(__file__).resolve().parents[3] / "docs" / "check.md").read_text(encoding="utf-8")
     text = next(part for part in page.split("```yaml\n") if part.startswith("riglens_requirements"))
     found = requirements_in(text.split("```")[0], "check.md", profiles=bundled_profiles())
     assert all(getattr(found, section) for section in (*SECTIONS, "mounts", "tolerance_profiles"))

@@ -228,7 +228,7 @@ def test_every_profile_names_its_source_and_judges_by_its_own_numbers() -> None:
 )
 def test_a_wrong_file_is_refused_with_line_and_field(tmp_path, text: str, said: str) -> None:
     path = tmp_path / "mine.yaml"
-    path.write_text(text)
+    path.write_text(text, encoding="utf-8")
     with pytest.raises(InputError) as caught:
         read_profiles(path)
     assert "mine.yaml" in str(caught.value) and said in str(caught.value) and "\n" not in str(caught.value)

@@ -23,7 +23,7 @@ NOT_OF_MODELS = {
 
 def test_the_example_is_a_library(tmp_path: Path) -> None:
     (example,) = re.findall(r"```yaml\n(.*?)```", PAGE, re.DOTALL)
-    (tmp_path / "own.yaml").write_text(example)
+    (tmp_path / "own.yaml").write_text(example, encoding="utf-8")
     assert [entry.kind for entry in read_entries(tmp_path / "own.yaml", "own.yaml")] == ["lidar", "camera"]
 
 

@@ -51,6 +51,6 @@ def test_the_second_start_reads_no_yaml_and_finds_the_same_models(kept: Path, re
 def test_another_text_is_read(kept: Path, reads: list[Path], tmp_path: Path) -> None:
     stored_entries(BUNDLED)
     other = tmp_path / "other.yaml"
-    other.write_text(OTHER)
+    other.write_text(OTHER, encoding="utf-8")
     assert [entry.name for entry in stored_entries(other)] == ["tiny"]
     assert reads == [BUNDLED, other]

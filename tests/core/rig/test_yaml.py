@@ -127,7 +127,7 @@ def test_a_rig_too_large_to_be_read_is_not_written(tmp_path: Path, monkeypatch: 
         monkeypatch.setattr(module, "MAX_BYTES", 10_000)
         monkeypatch.setattr(module, "MAX_VALUES", 1_000)
     path = tmp_path / "rig.yaml"
-    path.write_text("old")
+    path.write_text("old", encoding="utf-8")
     beams = tuple(angle / 4000.0 + 1e-9 for angle in range(200))
     sensors = [Lidar(name=f"L{n}", position=(0.0, 0.0, 2.0), elevations_deg=beams) for n in range(6)]
     with pytest.raises(InputError, match=r"rig\.yaml: would be larger than 0\.01 MB"):
@@ -136,7 +136,7 @@ def test_a_rig_too_large_to_be_read_is_not_written(tmp_path: Path, monkeypatch: 
     sensors = [sensor.replace(elevations_deg=flat) for sensor in sensors]
     with pytest.raises(InputError, match=r"rig\.yaml:\d+: more than 1000 values"):
         new_rig_file(Rig(name="many", sensors=tuple(sensors))).save(path)
-    assert path.read_text() == "old"
+    assert path.read_text(encoding="utf-8") == "old"
     few = Rig(name="many", sensors=tuple(sensors[:4]))
     assert same_rig(load_rig(new_rig_file(few).save(path).path or "").rig, few)
 

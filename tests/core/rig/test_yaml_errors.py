@@ -391,7 +391,7 @@ def test_exclamation_marks_in_a_name_are_no_tag() -> None:
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may read everything")
 def test_an_unreadable_file_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "rig.yaml"
-    path.write_text(LIDAR)
+    path.write_text(LIDAR, encoding="utf-8")
     path.chmod(0)
     with pytest.raises(InputError, match="cannot be read: Permission denied"):
         load_rig(path)

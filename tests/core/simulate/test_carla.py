@@ -54,7 +54,7 @@ def run(path: Path, of: Rig = MOUNTED, frames: int = 3, stop_after: int | None =
 
 
 def table(folder: Path, name: str) -> list[dict[str, Any]]:
-    found = json.loads((folder / "v1.0-trainval" / f"{name}.json").read_text())
+    found = json.loads((folder / "v1.0-trainval" / f"{name}.json").read_text(encoding="utf-8"))
     assert isinstance(found, list)
     return found
 

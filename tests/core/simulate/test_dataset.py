@@ -169,7 +169,9 @@ def test_a_complete_data_set_that_lost_a_file_is_not_complete(
 def test_a_run_killed_before_anything_was_done_goes_on(tmp_path: Path, whole: dict[str, bytes]) -> None:
     """Whichever of its first steps it had come to."""
     (tmp_path / "set" / ".riglens").mkdir(parents=True)
-    (tmp_path / "set" / ".riglens.json.0123abcd-999999999-0123abcd-0123456789ab.tmp").write_text("{")
+    (tmp_path / "set" / ".riglens.json.0123abcd-999999999-0123abcd-0123456789ab.tmp").write_text(
+        "{", encoding="utf-8"
+    )
     assert not DatasetFolder(tmp_path / "set", dataset()).is_complete
     (tmp_path / "set" / ".riglens.json.0123abcd-999999999-0123abcd-0123456789ab.tmp").unlink()
     make(tmp_path / "set", dataset())
@@ -180,13 +182,16 @@ def test_a_run_killed_before_anything_was_done_goes_on(tmp_path: Path, whole: di
     ("spoil", "message"),
     [
         (
-            lambda path: (path / "letter.txt").write_text("x"),
+            lambda path: (path / "letter.txt").write_text("x", encoding="utf-8"),
             r"must be a new or an empty folder \(holds 'letter.txt'\)",
         ),
         (lambda path: make(path, replace(dataset(), settings=replace(SETTINGS, seed=4))), "simulated seed"),
         (lambda path: make(path, dataset(of=rig(lidar("left", 0.1)))), "rig sha256"),
         (lambda path: (path / "riglens.json").write_bytes(b"\xff{"), "riglens.json cannot be read"),
-        (lambda path: (path / "riglens.json").write_text("[]"), "riglens.json cannot be read"),
+        (
+            lambda path: (path / "riglens.json").write_text("[]", encoding="utf-8"),
+            "riglens.json cannot be read",
+        ),
     ],
 )
 def test_a_folder_with_something_else_is_left_alone(
@@ -200,7 +205,7 @@ def test_a_folder_with_something_else_is_left_alone(
 
 
 def test_a_file_is_no_folder(tmp_path: Path) -> None:
-    (tmp_path / "set").write_text("x")
+    (tmp_path / "set").write_text("x", encoding="utf-8")
     with pytest.raises(InputError, match="must be a folder, not a file"):
         DatasetFolder(tmp_path / "set", dataset())
 

@@ -76,7 +76,7 @@ def _in_world(kit: Any, token: str) -> Any:
 def test_boxes_projected_by_the_kit_hold_the_pixels_that_are_seen(folder: Path, kit: Any) -> None:
     from nuscenes.utils.geometry_utils import view_points
 
-    records = json.loads((folder / "v1.0-trainval" / "image_annotations.json").read_text())
+    records = json.loads((folder / "v1.0-trainval" / "image_annotations.json").read_text(encoding="utf-8"))
     assert len(records) > 8
     for record in records:
         _, boxes, intrinsic = kit.get_sample_data(
@@ -102,7 +102,9 @@ def test_it_evaluates_the_truth_as_perfect_and_what_is_far_beside_it_as_zero(
 
     def ap(name: str, results: Notes) -> dict[str, float]:
         path = tmp_path / f"{name}.json"
-        path.write_text(json.dumps({"meta": dict.fromkeys(_USES, True), "results": results}))
+        path.write_text(
+            json.dumps({"meta": dict.fromkeys(_USES, True), "results": results}), encoding="utf-8"
+        )
         config = config_factory("detection_cvpr_2019")
         metrics, _ = DetectionEval(
             kit, config, str(path), "riglens_val", str(tmp_path / name), False

@@ -32,7 +32,10 @@ def tables(folder: Path) -> dict[str, dict[str, dict[str, Any]]]:
         "instance",
         "scene",
     )
-    read = {name: json.loads((folder / "v1.0-trainval" / f"{name}.json").read_text()) for name in names}
+    read = {
+        name: json.loads((folder / "v1.0-trainval" / f"{name}.json").read_text(encoding="utf-8"))
+        for name in names
+    }
     return {name: {record["token"]: record for record in records} for name, records in read.items()}
 
 

@@ -73,7 +73,7 @@ def small_sensor_study() -> SensorStudy:
     field = random_field(grid_of(24, 20, 4, 1.0), np.random.default_rng(7))
     rig = rig_of(camera((0.31, 0.17, 1.73), (0.0, 0.0, 12.0)), spinning((-0.27, 0.41, 1.93), (0.0, 0.0, 8.0)))
     with tempfile.TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
-        (own := Path(folder, "own.yaml")).write_text(BENT)
+        (own := Path(folder, "own.yaml")).write_text(BENT, encoding="utf-8")
         patch.setenv(LIBRARY_VARIABLE, str(own))
         return study_sensors(field, rig, ("velodyne-vlp-16", "bent"), repetitions=1)
 

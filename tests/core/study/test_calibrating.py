@@ -48,11 +48,11 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
                         found.append(detection(name, x + rng.normal(0.0, 0.3), y, 0.9))
                     found.append(detection(name, x, y, 0.1))
             found.append(detection("barrier", 0.0, 0.0, 0.9))
-    with (folder / "boxes.csv").open("w", newline="") as file:
+    with (folder / "boxes.csv").open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         file.write("seq,frame,cls,x,y,z,length,width,height,yaw,num_lidar_pts\n")
         writer.writerows(rows)
-    (folder / "results.json").write_text(json.dumps({"meta": {}, "results": results}))
+    (folder / "results.json").write_text(json.dumps({"meta": {}, "results": results}), encoding="utf-8")
     return folder
 
 
@@ -116,7 +116,7 @@ def test_what_cameras_add_is_recovered_from_results_of_pictures_alone(
         if most is not None and rng.random() < most.a * chance:
             found = results.setdefault(f"{row['seq']}/{row['frame']}", [])
             found.append(detection(row["cls"], row["x"], row["y"], 0.9))
-    pictures.write_text(json.dumps({"results": results}))
+    pictures.write_text(json.dumps({"results": results}), encoding="utf-8")
     out, given = folder / "both.yaml", ("--boxes", str(boxes), "--rig", "nuScenes car")
     given += ("--cameras", str(pictures), "--out", str(out))
     assert main(["calibrate", str(folder / "results.json"), *given]) == 0
@@ -167,7 +167,7 @@ def test_wrong_results_are_one_line(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], results: str, named: str
 ) -> None:
     path, out = tmp_path / "results.json", tmp_path / "out.yaml"
-    path.write_text(results)
+    path.write_text(results, encoding="utf-8")
     boxes = str(folder / "boxes.csv")
     assert main(["calibrate", str(path), "--boxes", boxes, "--out", str(out)]) == 2
     error = capsys.readouterr().err.strip().splitlines()[-1]
@@ -177,9 +177,9 @@ def test_wrong_results_are_one_line(
 def test_boxes_without_points_are_refused(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    lines = (folder / "boxes.csv").read_text().splitlines()
+    lines = (folder / "boxes.csv").read_text(encoding="utf-8").splitlines()
     boxes = tmp_path / "boxes.csv"
-    boxes.write_text("\n".join(line.rsplit(",", 1)[0] for line in lines))
+    boxes.write_text("\n".join(line.rsplit(",", 1)[0] for line in lines), encoding="utf-8")
     out = str(tmp_path / "out.yaml")
     assert main(["calibrate", str(folder / "results.json"), "--boxes", str(boxes), "--out", out]) == 2
     assert "num_lidar_pts" in capsys.readouterr().err
@@ -190,7 +190,7 @@ def test_boxes_without_points_are_refused(
 def test_results_of_a_nuscenes_folder_are_global(tmp_path: Path) -> None:
     write_tables(tmp_path / "v1.0-mini", random_boxes(3, 10, 12), 3, 10)
     table = tmp_path / "v1.0-mini" / "sample_annotation.json"
-    records, results = json.loads(table.read_text()), dict[str, list[dict[str, Any]]]()
+    records, results = json.loads(table.read_text(encoding="utf-8")), dict[str, list[dict[str, Any]]]()
     for number, record in enumerate(records):
         record["num_lidar_pts"] = points = 7 * number % 40
         found = results.setdefault(record["sample_token"], [])
@@ -198,8 +198,8 @@ def test_results_of_a_nuscenes_folder_are_global(tmp_path: Path) -> None:
         if points >= 10 and name.split(".")[0] in ("vehicle", "pedestrian"):
             x, y, _ = record["translation"]
             found.append(detection(name.split(".")[1 if name[0] == "v" else 0], x, y, 0.5))
-    table.write_text(json.dumps(records))
-    (tmp_path / "results.json").write_text(json.dumps({"results": results}))
+    table.write_text(json.dumps(records), encoding="utf-8")
+    (tmp_path / "results.json").write_text(json.dumps({"results": results}), encoding="utf-8")
     found = rl.calibrate(tmp_path / "results.json", tmp_path / "v1.0-mini")
     for name in CLASSES:
         curve = found.classes.of(name)
@@ -212,9 +212,11 @@ def test_a_class_with_fewer_objects_has_no_curve(tmp_path: Path, count: int) -> 
     places = [(6.0 * (n % 8) - 21.0, 6.0 * (n // 8) - 12.0, 20 if n % 2 else 1) for n in range(count)]
     rows = [f"s,0,car,{x},{y},0.9,1,1,1.8,0,{points}" for x, y, points in places]
     boxes, results = tmp_path / "boxes.csv", tmp_path / "results.json"
-    boxes.write_text("\n".join(["seq,frame,cls,x,y,z,length,width,height,yaw,num_lidar_pts", *rows, ""]))
+    boxes.write_text(
+        "\n".join(["seq,frame,cls,x,y,z,length,width,height,yaw,num_lidar_pts", *rows, ""]), encoding="utf-8"
+    )
     found = [detection("car", x, y, 0.9) for x, y, points in places if points > 1]
-    results.write_text(json.dumps({"meta": {}, "results": {"s/0": found}}))
+    results.write_text(json.dumps({"meta": {}, "results": {"s/0": found}}), encoding="utf-8")
     if count < FEWEST:
         with pytest.raises(InputError, match="no object of a class"):
             rl.calibrate(results, boxes)

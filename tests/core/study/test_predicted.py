@@ -30,7 +30,7 @@ DATA = Path(__file__).resolve().parents[3] / "docs" / "data"
 def counts() -> NDArray[np.int64]:
     names = [rig.name for rig in published_rigs()]
     found = np.zeros((len(names), len(CLASSES), MOST + 1), np.int64)
-    with (DATA / "predicted-detection-cells.csv").open() as file:
+    with (DATA / "predicted-detection-cells.csv").open(encoding="utf-8") as file:
         for line in csv.DictReader(file):
             place = names.index(line["rig"]), CLASSES.index(line["class"]), int(line["cells"])
             found[place] = int(line["objects"])
@@ -39,7 +39,7 @@ def counts() -> NDArray[np.int64]:
 
 def test_the_shipped_calibration_is_the_fit_of_the_committed_tables() -> None:
     rigs, objects = published_rigs(), counts()
-    with (DATA / "detection.csv").open() as file:
+    with (DATA / "detection.csv").open(encoding="utf-8") as file:
         rays = {line["rig"]: int(line["rays"]) for line in csv.DictReader(file)}
     observed = read_precision(DATA / "detection.csv", rigs)
     found = calibrate_rigs(rays, objects, observed, "cells", PROTOCOL)
@@ -52,7 +52,7 @@ def test_the_shipped_calibration_is_the_fit_of_the_committed_tables() -> None:
         assert asset.at(n) == pytest.approx(mine.at(n), abs=1e-3)
     assert found.errors()[-1] == pytest.approx(shipped().mean_error, abs=1e-4)
     assert found.errors()[-1] <= GOAL_ERROR and found.rank() >= GOAL_RANK
-    with (DATA / "predicted-detection.csv").open() as file:
+    with (DATA / "predicted-detection.csv").open(encoding="utf-8") as file:
         printed = {(line["rig"], line["class"]): float(line["predicted"]) for line in csv.DictReader(file)}
     table = [[printed[rig, name] for name in CLASSES] for rig in found.rigs]
     assert 100.0 * found.left_out == pytest.approx(np.array(table), abs=0.02)
@@ -62,7 +62,7 @@ def test_the_shipped_recall_is_the_fit_of_the_committed_table_and_predicts_its_r
     table = DATA / "detection2-recall-points.csv"
     found, asset = calibrate_recall(table, second_rigs(), PROTOCOLS["one-sweep"]), shipped_recall()
     assert (found.predicts, found.unit, found.domain) == (asset.predicts, asset.unit, asset.domain)
-    with table.open() as file:
+    with table.open(encoding="utf-8") as file:
         lines = list(csv.DictReader(file))
     for name in CLASSES:
         mine, theirs = found.classes.of(name), asset.classes.of(name)
@@ -89,7 +89,7 @@ def test_the_shipped_recall_is_the_fit_of_the_committed_table_and_predicts_its_r
 )
 def test_a_table_without_recall_is_refused(tmp_path: Path, text: str) -> None:
     path = tmp_path / "points.csv"
-    path.write_text(text)
+    path.write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=r"must be the detection-recall-points\.csv"):
         calibrate_recall(path, second_rigs(), PROTOCOLS["one-sweep"])
 
@@ -121,6 +121,6 @@ def test_recall_is_recovered_from_objects_within_its_error() -> None:
 @pytest.mark.parametrize("text", ["", "rig,class\nCenter,car\n", "rig,class,ap\nCenter,car,many\n"])
 def test_a_table_without_average_precision_is_refused(tmp_path: Path, text: str) -> None:
     path = tmp_path / "detection.csv"
-    path.write_text(text)
+    path.write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=r"must be the detection\.csv"):
         read_precision(path, published_rigs())

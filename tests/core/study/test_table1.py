@@ -66,7 +66,7 @@ def test_a_group_has_the_same_published_figure_in_every_rig() -> None:
 
 
 def test_the_published_detection_accuracies_are_complete() -> None:
-    with asset_path("paper", "detection_map.csv").open(newline="") as stream:
+    with asset_path("paper", "detection_map.csv").open(encoding="utf-8", newline="") as stream:
         lines = list(csv.DictReader(stream))
     keys = {(line["class"], line["model"], line["backbone"], line["rig"]) for line in lines}
     assert len(lines) == len(keys) == 3 * 4 * 8

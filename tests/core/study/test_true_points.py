@@ -34,13 +34,13 @@ RIGS = {
 
 @pytest.fixture
 def table(tmp_path):
-    (tmp_path / "boxes.csv").write_text(TABLE)
+    (tmp_path / "boxes.csv").write_text(TABLE, encoding="utf-8")
     return tmp_path / "boxes.csv"
 
 
 @pytest.fixture
 def rigs(tmp_path):
-    (tmp_path / "rigs.json").write_text(json.dumps(RIGS))
+    (tmp_path / "rigs.json").write_text(json.dumps(RIGS), encoding="utf-8")
     return tmp_path / "rigs.json"
 
 
@@ -115,7 +115,7 @@ def test_rank_and_ratio():
     ],
 )
 def test_bad_tables(tmp_path, text, message):
-    (tmp_path / "boxes.csv").write_text(text)
+    (tmp_path / "boxes.csv").write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=message):
         true_points(tmp_path / "boxes.csv", {})
 
@@ -125,6 +125,6 @@ def test_bad_tables(tmp_path, text, message):
              '{"a": {"L": {"translation": [1, 2, 3], "rotation_wxyz": [0, 0, 0, 0]}}}']
 )  # fmt: skip
 def test_bad_rigs(tmp_path, text):
-    (tmp_path / "rigs.json").write_text(text)
+    (tmp_path / "rigs.json").write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=r"must be \{sequence"):
         rigs_by_sequence(tmp_path / "rigs.json", Recorder())

@@ -76,7 +76,7 @@ def test_a_table_gives_a_rig_for_each_row(tmp_path, ending):
 )
 def test_a_table_that_cannot_be_used_is_one_line(tmp_path, text, part):
     path = tmp_path / "rigs.csv"
-    path.write_text(text)
+    path.write_text(text, encoding="utf-8")
     with pytest.raises(InputError) as caught:
         table(path)
     assert part in str(caught.value) and "\n" not in str(caught.value)

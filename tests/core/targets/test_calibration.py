@@ -205,7 +205,7 @@ def test_numbers_beyond_the_table_are_those_of_its_end() -> None:
 @pytest.mark.parametrize("calibration", [NEAR, shipped(), shipped_recall()])
 def test_a_calibration_reads_back_to_the_same_bits(tmp_path: Path, calibration: Calibration) -> None:
     path = tmp_path / "calibration.yaml"
-    path.write_text(calibration.text())
+    path.write_text(calibration.text(), encoding="utf-8")
     assert read_calibration(path) == calibration
 
 
@@ -230,7 +230,7 @@ def test_a_broken_file_is_one_line_with_its_place(
 ) -> None:
     path, text = tmp_path / "calibration.yaml", NEAR.text()
     assert old in text
-    path.write_text(text.replace(old, new, 1))
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
     with pytest.raises(InputError) as caught:
         read_calibration(path)
     assert names in str(caught.value) and "\n" not in str(caught.value)

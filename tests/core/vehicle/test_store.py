@@ -101,7 +101,9 @@ def sources_of(path: str) -> set[str]:
     while wanted:
         path = wanted.pop()
         found.add(path)
-        names = re.findall(r"^from riglens\.core\.vehicle\.(\S+) import", (FOLDER / path).read_text(), re.M)
+        names = re.findall(
+            r"^from riglens\.core\.vehicle\.(\S+) import", (FOLDER / path).read_text(encoding="utf-8"), re.M
+        )
         wanted |= {f"{name}.py" for name in names} - found - KEEPS_ONLY
     return found
 

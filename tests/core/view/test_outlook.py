@@ -30,7 +30,7 @@ def display(
             rows.append(f"s,{frame},car,{x:.3f},{y:.3f},0.8,0.5,0.5,1.6,0")
             frame += 1
     path = tmp_path / "boxes.csv"
-    path.write_text("\n".join(rows) + "\n")
+    path.write_text("\n".join(rows) + "\n", encoding="utf-8")
     found = load_scenario(SceneOptions(boxes=path, voxel_m=0.25, roi_m=(20.0, 20.0, 2.0)))
     return Heatmaps(DisplayGrid.build(found.pog, found.field)).display
 

@@ -127,7 +127,7 @@ def test_without_a_display_the_same_job_runs_in_the_terminal(riglens_process, bo
     assert "S-MS" in out
     assert heat_share(pixels(tmp_path / "out" / "screenshot.png")) > 0.02, "boxes of cars are seen, and shown"
     assert load_rig(tmp_path / "out" / "rig.yaml").rig == preset("Line")
-    document = json.loads((tmp_path / "out" / "scores.json").read_text())
+    document = json.loads((tmp_path / "out" / "scores.json").read_text(encoding="utf-8"))
     assert document["rigs"][0]["name"] == "Line"
     assert all(
         figure.title in out
@@ -182,7 +182,7 @@ def _fails_for_egl(real):
 def test_a_box_stands_in_for_a_mesh_that_is_missing_and_an_odd_size_is_told(riglens, boxes, tmp_path):
     options = ("--boxes", boxes, *SMALL_GRID, "--size", "320x200")
     rig, picture = tmp_path / "rig.yaml", tmp_path / "rig.png"
-    rig.write_text("riglens: 1\nname: mine\nvehicle: {body: car.obj}\n")
+    rig.write_text("riglens: 1\nname: mine\nvehicle: {body: car.obj}\n", encoding="utf-8")
     missing = riglens("render", rig, *options, "--out", picture)
     assert (missing.code, "replaces it" in missing.err, "car.obj: no such file" in missing.err) == (
         0,
@@ -193,7 +193,7 @@ def test_a_box_stands_in_for_a_mesh_that_is_missing_and_an_odd_size_is_told(rigl
     corners = [(x, y, z) for x in (0, 2000) for y in (0, 1) for z in (0, 1)]
     quads = ("1 3 4 2", "5 6 8 7", "1 2 6 5", "3 7 8 4", "1 5 7 3", "2 4 8 6")
     lines = [f"v {x} {y} {z}" for x, y, z in corners] + [f"f {quad}" for quad in quads]
-    (tmp_path / "car.obj").write_text("\n".join(lines) + "\n")
+    (tmp_path / "car.obj").write_text("\n".join(lines) + "\n", encoding="utf-8")
     giant = riglens("render", rig, *options, "--out", picture)
     assert giant.code == 0
     assert (

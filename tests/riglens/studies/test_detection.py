@@ -199,7 +199,7 @@ def table_of(path: Path, sequences: int, frames: int) -> Path:
     lines = ["seq,frame,cls,x,y,z,length,width,height,yaw"]
     lines += [f"s{s},{f},{cls},5,5,0.8,4,2,1.6,0" for s in range(sequences) for f in range(frames)
               for cls in ("car", "bicycle", "pedestrian")]  # fmt: skip
-    path.write_text("\n".join(lines))
+    path.write_text("\n".join(lines), encoding="utf-8")
     return path
 
 
@@ -232,7 +232,7 @@ def test_a_body_of_a_file_takes_part(
 ) -> None:
     mine = tmp_path / "mine.yaml"
     with_file = preset("Trapezoid").replace(name="mine", vehicle=Vehicle(body="car.stl"))
-    mine.write_text(dumps(with_file))
+    mine.write_text(dumps(with_file), encoding="utf-8")
     table = table_of(tmp_path / "boxes.csv", 5, 8)
     words = (mine, "--boxes", table, "--body", "blocks", "--out", tmp_path / "out")
     assert "car.stl: no such file" in refused(riglens, *words)
@@ -258,7 +258,7 @@ def test_a_quick_study_from_words_to_files(riglens: object, tmp_path: Path) -> N
                 x, y = rng.uniform(4, 12, 2) * rng.choice([-1, 1], 2)
                 lines.append(f"s{sequence},{frame},{cls},{x:.2f},{y:.2f},{z},{size},{rng.uniform(-3, 3):.2f}")
     table, out = tmp_path / "boxes.csv", tmp_path / "out"
-    table.write_text("\n".join(lines))
+    table.write_text("\n".join(lines), encoding="utf-8")
     words = ("study", "detection", "Trapezoid", "Line", "--quick", "--boxes", table, "--out", out)
     first = riglens(*words)  # type: ignore[operator]
     assert first.code == 0, first.err
@@ -267,10 +267,10 @@ def test_a_quick_study_from_words_to_files(riglens: object, tmp_path: Path) -> N
     assert "bicycle: no objects in the region of the test frames" in " ".join(first.out.split())
     assert (
         (out / "detection-recall.csv")
-        .read_text()
+        .read_text(encoding="utf-8")
         .startswith("class,unit,from,to,ring,objects,found,recall\ncar,")
     )
-    points = rows(csv.DictReader((out / "detection-recall-points.csv").open()))
+    points = rows(csv.DictReader((out / "detection-recall-points.csv").open(encoding="utf-8")))
     by_rig = dict.fromkeys(("Trapezoid", "Line"), 0)
     for line in points:
         if line["group"] == "rig":

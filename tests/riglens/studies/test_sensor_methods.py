@@ -76,13 +76,16 @@ def test_the_command_writes_chart_csv_and_json_for_models_of_own_libraries_too(r
     own = tmp_path / "own.yaml"
     own.write_text(
         "my-lidar:\n  kind: lidar\n  title: A sensor of ours\n  source: our own data sheet\n"
-        "  elevations_deg: [-10, 0]\n  azimuths_deg: {from: -180, to: 180, count: 90}\n"
+        "  elevations_deg: [-10, 0]\n  azimuths_deg: {from: -180, to: 180, count: 90}\n",
+        encoding="utf-8",
     )
     options = ("--library", own, "--boxes", boxes, *SMALL_GRID, "--quick", "--out", tmp_path / "out")
     result = riglens("study", "accuracy", "--sensor", "my-lidar", *options)
     assert result.code == 0
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == sorted(FILES)
-    rows = list(csv.DictReader(io.StringIO((tmp_path / "out" / "accuracy-sensors.csv").read_text())))
+    rows = list(
+        csv.DictReader(io.StringIO((tmp_path / "out" / "accuracy-sensors.csv").read_text(encoding="utf-8")))
+    )
     assert {(row["model"], row["pose"]) for row in rows} == {("my-lidar", "upright"), ("my-lidar", "tilted")}
     assert "my-lidar, tilted: RigLens" in result.out
     assert max(len(line.rstrip()) for line in result.out.split("my-lidar, upright: ")[0].splitlines()) <= 120

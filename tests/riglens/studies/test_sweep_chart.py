@@ -86,7 +86,7 @@ def test_figures_that_only_a_later_rig_has_can_be_drawn(riglens, boxes, tmp_path
     radar = "{name: grille, kind: radar, model: generic-radar, position: [2.2, 0, 0.5]}"
     for name, sensors in (("plain", [lidar]), ("radar", [lidar, radar])):
         text = "\n".join(["riglens: 1", f"name: {name}", "sensors:", *(f"  - {one}" for one in sensors)])
-        (tmp_path / f"{name}.yaml").write_text(text)
+        (tmp_path / f"{name}.yaml").write_text(text, encoding="utf-8")
     out, rigs = tmp_path / "out.parquet", [tmp_path / f"{name}.yaml" for name in ("plain", "radar")]
     words = ("--boxes", boxes, "--compute", "targets", "--vary", "top.z=1.6:1.8:2", "--workers", 1)
     words = (*words, "--figure", "car.radar.share", "--chart", tmp_path / "out.png", "--out", out)

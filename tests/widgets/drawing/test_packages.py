@@ -17,7 +17,7 @@ REAL = "wide = 2\ndef double(number):\n    return wide * number\n"
 @pytest.fixture
 def real(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
     """Name of a module that nobody has loaded; it is forgotten afterwards."""
-    (tmp_path / "slow_to_load.py").write_text(REAL)
+    (tmp_path / "slow_to_load.py").write_text(REAL, encoding="utf-8")
     monkeypatch.syspath_prepend(tmp_path)
     yield "slow_to_load"
     sys.modules.pop("slow_to_load", None)

@@ -58,10 +58,11 @@ def test_swings_are_shown_edited_added_and_removed(qtbot: QtBot) -> None:
 
 
 def test_the_file_of_a_table_is_shown_with_its_hash(qtbot: QtBot, tmp_path: Path) -> None:
-    (tmp_path / "pattern.csv").write_text("azimuth_deg,elevation_deg\n0,0\n1,2\n")
+    (tmp_path / "pattern.csv").write_text("azimuth_deg,elevation_deg\n0,0\n1,2\n", encoding="utf-8")
     (tmp_path / "rig.yaml").write_text(
         "riglens: 1\nname: t\nsensors:\n"
-        "  - {name: l, kind: lidar, position: [0, 0, 2], rays: {file: pattern.csv}}\n"
+        "  - {name: l, kind: lidar, position: [0, 0, 2], rays: {file: pattern.csv}}\n",
+        encoding="utf-8",
     )
     rig = load_rig(tmp_path / "rig.yaml").rig
     inspector = Inspector()

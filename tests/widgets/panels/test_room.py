@@ -41,7 +41,7 @@ print("sound")
 
 def test_windows_that_asked_for_room_are_collected_without_harm(xvfb: str) -> None:
     done = subprocess.run(
-        [sys.executable, "-c", ASKED], capture_output=True, text=True, check=False, cwd=REPOSITORY
+        [sys.executable, "-c", ASKED], capture_output=True, encoding="utf-8", check=False, cwd=REPOSITORY
     )
     assert (done.returncode, done.stdout.strip()) == (0, "sound"), done.stderr
 

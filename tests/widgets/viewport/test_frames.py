@@ -315,7 +315,7 @@ def test_closing_the_view_releases_its_render_window(kind: type[AnyView], xvfb: 
         [sys.executable, "-c", CLOSED, kind.__name__],
         env={**os.environ, "PYTHONPATH": str(REPOSITORY)},
         capture_output=True,
-        text=True,
+        encoding="utf-8",
         timeout=TIMEOUT_S,
         check=False,
     )
@@ -348,7 +348,7 @@ def test_without_any_display_the_view_is_drawn_into_a_picture():
         [sys.executable, "-c", NO_DISPLAY],
         env=environment,
         capture_output=True,
-        text=True,
+        encoding="utf-8",
         timeout=TIMEOUT_S,
         check=False,
     )

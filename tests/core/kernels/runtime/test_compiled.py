@@ -63,10 +63,10 @@ def test_a_change_of_a_source_changes_the_code_of_what_imports_it_and_nothing_el
     assert before.digest == Sources().digest
     for changed in modules[::5]:
         source = copy / f"{changed.replace('.', '/')}.py"
-        text = source.read_text()
-        source.write_text(text + "\n")
+        text = source.read_text(encoding="utf-8")
+        source.write_text(text + "\n", encoding="utf-8")
         after = Sources(copy)
-        source.write_text(text)
+        source.write_text(text, encoding="utf-8")
         assert after.digest != before.digest
         for module in modules:
             is_made_of_it = changed in before.needed_by(module)
@@ -77,7 +77,7 @@ def test_what_a_source_imports_is_seen_however_far_it_is(tmp_path: Path) -> None
     line = "from riglens.core.kernels.{} import thing\n"
     for name, imported in (("a", "b"), ("b", "c"), ("c", "a"), ("d", "a")):
         (tmp_path / f"{name}.py").write_text(
-            '"""A file."""\n\nimport numpy as np\n\n' + line.format(imported)
+            '"""A file."""\n\nimport numpy as np\n\n' + line.format(imported), encoding="utf-8"
         )
     sources = Sources(tmp_path)
     assert sources.needed_by("a") == ("a", "b", "c")
@@ -89,7 +89,7 @@ def test_kernels_take_from_one_another_in_the_one_way_that_is_looked_for(path: P
     """Python's own parser finds the same imports, and nothing of RigLens but kernels, apart from the cache's own."""
     own = f"{path.parent.name}.{path.stem}"
     imported, others = {own}, set()
-    for node in ast.walk(ast.parse(path.read_text())):
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         assert not isinstance(node, ast.Import) or "riglens" not in ast.unparse(node)
         if isinstance(node, ast.ImportFrom) and "riglens" in (module := node.module or ""):
             name = module.removeprefix("riglens.core.kernels.")
@@ -117,15 +117,15 @@ def test_a_kernel_follows_a_function_of_another_file_that_it_inlines(tmp_path: P
     ):
         shutil.copy(package / name, tmp_path / "riglens" / "core" / name)
     (tmp_path / "riglens" / "__init__.py").touch()
-    (kernels / "rays" / "outer.py").write_text(OUTER)
+    (kernels / "rays" / "outer.py").write_text(OUTER, encoding="utf-8")
     environment = {**os.environ, "PYTHONPATH": str(tmp_path), "RIGLENS_CACHE_DIR": str(tmp_path / "cache")}
     environment.pop("NUMBA_CACHE_DIR", None)
 
     def call(step: int, program: str = CALL) -> list[str]:
-        (kernels / "rays" / "inner.py").write_text(INNER.format(step))
+        (kernels / "rays" / "inner.py").write_text(INNER.format(step), encoding="utf-8")
         command = [sys.executable, "-c", program]
         done = subprocess.run(
-            command, env=environment, cwd=tmp_path, capture_output=True, text=True, timeout=TIMEOUT_S
+            command, env=environment, cwd=tmp_path, capture_output=True, encoding="utf-8", timeout=TIMEOUT_S
         )
         assert done.stderr == ""
         return done.stdout.split()
@@ -157,12 +157,12 @@ def test_a_folder_that_the_user_gave_to_numba_holds_them(
 def test_without_a_cache_folder_they_are_kept_beside_their_sources_or_not_at_all(
     user_cache: Path, tmp_path: Path
 ) -> None:
-    user_cache.write_text("a file where the folder should be")
+    user_cache.write_text("a file where the folder should be", encoding="utf-8")
     sources = tmp_path / "kernels"
     path = KernelFolder(sources).path
     assert path is not None and path.parent == sources / "__pycache__"
     shutil.rmtree(sources)
-    sources.write_text("a file here too")
+    sources.write_text("a file here too", encoding="utf-8")
     nowhere = KernelFolder(sources)
     nowhere.write("kernel.nbc", b"machine code")
     assert nowhere.path is None and nowhere.read("kernel.nbc") is None

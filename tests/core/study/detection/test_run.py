@@ -95,11 +95,11 @@ def test_killed_at_some_moment_and_resumed_it_ends_with_the_same_figures(
     whole: tuple[Pieces, list[StudyProgress]], after: int, tmp_path: Path
 ) -> None:
     script = tmp_path / "killed.py"
-    script.write_text(KILLED)
+    script.write_text(KILLED, encoding="utf-8")
     environment = os.environ | {"PYTHONPATH": str(REPOSITORY), "RIGLENS_TEST_MARK": str(tmp_path)}
     command = [sys.executable, str(script), str(tmp_path / "pieces")]
     with subprocess.Popen(
-        command, env=environment, stdout=subprocess.PIPE, text=True, cwd=REPOSITORY
+        command, env=environment, stdout=subprocess.PIPE, encoding="utf-8", cwd=REPOSITORY
     ) as process:
         assert process.stdout is not None
         for line in process.stdout:
