@@ -8,12 +8,19 @@ _UNSEEN = re.compile(
     r"[\x00-\x1f\x7f-\x9f\xad\u061c\u180e\u200b\u200e\u200f\u2028-\u202e\u2060-\u206f\ud800-\udfff\ufeff\ufff9-\ufffb\ufffe\uffff]"
 )
 """Control characters, line ends, direction marks, characters without width, and halves of characters."""
+_LONGEST_REMARK = 400
 _FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r", "＝", "＋", "－", "＠")
 
 
 def visible(text: str) -> str:
     r"""Return the text on one line, with what would steer a terminal written out: \x1b."""
     return _UNSEEN.sub(_escaped, text)
+
+
+def remark_text(text: str) -> str:
+    """Return a remark as `visible` does, cut at a few hundred letters: files may hold names without end."""
+    shown = visible(text)
+    return shown if len(shown) <= _LONGEST_REMARK else f"{shown[: _LONGEST_REMARK - 1]}…"
 
 
 def visible_lines(text: str) -> str:

@@ -11,11 +11,13 @@ from typing import Literal
 
 from numpy.typing import ArrayLike
 
+from riglens.core.compiler import require_compiler
 from riglens.core.errors import InputError
 from riglens.core.geometry import triple
 from riglens.core.monitor import Monitor
 from riglens.core.scene.boxes import DataReport
 from riglens.core.sensors.registry import kind_named, kind_names
+from riglens.core.shown_text import remark_text
 from riglens.evaluation.names import argument_with
 from riglens.evaluation.options import SceneOptions
 
@@ -32,7 +34,7 @@ def warn(line: str) -> None:
     frame, level = sys._getframe(1), 2
     while frame.f_back is not None and frame.f_globals.get("__name__", "").split(".")[0] == "riglens":
         frame, level = frame.f_back, level + 1
-    warnings.warn(line, RigLensWarning, stacklevel=level)
+    warnings.warn(remark_text(line), RigLensWarning, stacklevel=level)
 
 
 class Warnings(Monitor):
@@ -80,6 +82,7 @@ def scene_options(
     occluders: tuple[StrPath, StrPath] | None = None,
 ) -> SceneOptions:
     """Return the options of the command line for these arguments."""
+    require_compiler()
     return SceneOptions(
         boxes=None if boxes is None else Path(boxes),
         origin_m=None if origin_m is None else triple(origin_m),

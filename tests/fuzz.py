@@ -30,6 +30,7 @@ import numpy as np
 
 from riglens.app.session import autosave
 from riglens.assets import asset_path
+from riglens.core.cache_folder import cache_folder
 from riglens.core.errors import InputError
 from riglens.core.formats.exchange import FORMATS, read_rig, writable
 from riglens.core.kernels.runtime.compiled import KernelFolder
@@ -43,7 +44,6 @@ from riglens.core.scene.pog import build_pog
 from riglens.core.scene.pog_store import load_pog, save_pog
 from riglens.core.scene.readers import open_boxes
 from riglens.core.scene.readers.occluders import open_occluders
-from riglens.core.cache_folder import cache_folder
 from riglens.core.vehicle.mesh_parse import MAX_MEMORY_BYTES, parse_mesh
 from tests.broken import mutated
 from tests.core.formats.cases import SMALL, write_files

@@ -8,6 +8,7 @@ import traceback
 from collections.abc import Callable, Sequence
 
 from riglens.app.launch.interrupt import INTERRUPTED, insistent_interrupt
+from riglens.core.compiler import require_compiler
 from riglens.core.errors import InputError
 from riglens.core.shown_text import visible
 from riglens.evaluation.names import option_of
@@ -58,6 +59,7 @@ def guarded(work: Callable[[], object], name: Callable[[str], str] = option_of) 
 
 def _run(tokens: Sequence[str]) -> object:
     """Run the command. The parser, which is slow to load, is not loaded where only the window can be meant."""
+    require_compiler()
     if not tokens or _is_only_a_rig(tokens):
         from riglens.app.commands.start import start
 

@@ -21,7 +21,7 @@ from riglens.app.terminal.tables import printed
 from riglens.core.files import is_stream
 from riglens.core.monitor import Monitor, Stage
 from riglens.core.shown_tables import Block, Paragraph, ShownTable
-from riglens.core.shown_text import visible, visible_lines
+from riglens.core.shown_text import remark_text, visible, visible_lines
 from riglens.evaluation.names import option_with
 
 PIPE_WIDTH, FEWEST_LETTERS = 140, 12
@@ -122,7 +122,7 @@ def note(message: str) -> None:
         if message in noted:
             return
         noted.add(message)
-    remarks().print(Text(f"note: {visible(message)}"), soft_wrap=True)
+    remarks().print(Text(f"note: {remark_text(message)}"), soft_wrap=True)
 
 
 @contextmanager

@@ -12,13 +12,16 @@ from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
 from riglens.core.files import open_regular
+from riglens.core.rig.yaml.nodes import shortened
 from riglens.core.sensors.lattice import MAX_LISTED_RAYS
 from riglens.core.sensors.scan import RayRows, Reader, within_half_a_turn
 
 if TYPE_CHECKING:
     import pyarrow as pa
+    from pyarrow import parquet
 
 MAX_BYTES = 1 << 28
+_BATCH_ROWS = 1 << 16
 _AZIMUTH = ("azimuth_deg", "azimuth/deg")
 _ELEVATION = ("elevation_deg",)
 _ZENITH = ("zenith/deg", "zenith_deg")
@@ -69,11 +72,7 @@ def _columns(content: bytes, where: str) -> Mapping[str, pa.ChunkedArray]:
 
     try:
         if content[:4] == b"PAR1":
-            file = parquet.ParquetFile(pa.BufferReader(content))
-            _require_rows(file.metadata.num_rows, where)
-            known = {*_AZIMUTH, *_ELEVATION, *_ZENITH, *_TIME}
-            wanted = [name for name in file.schema_arrow.names if name.strip().lower() in known]
-            table = file.read(columns=wanted, use_threads=False)
+            table = _numbers_of(parquet.ParquetFile(pa.BufferReader(content)), where)
         else:
             table = csv.read_csv(pa.BufferReader(content), csv.ReadOptions(use_threads=False))
     except (pa.ArrowException, OSError, MemoryError, UnicodeDecodeError, ValueError) as error:
@@ -83,6 +82,27 @@ def _columns(content: bytes, where: str) -> Mapping[str, pa.ChunkedArray]:
         raise InputError(f"{where} is not a table ({reason:.100})") from error
     _require_rows(table.num_rows, where)
     return dict(zip(table.column_names, table.columns, strict=True))
+
+
+def _numbers_of(file: parquet.ParquetFile, where: str) -> pa.Table:
+    """Read the known columns of a Parquet table, which must be numbers: short texts may stand for gigabytes."""
+    import pyarrow as pa
+
+    _require_rows(file.metadata.num_rows, where)
+    known = {*_AZIMUTH, *_ELEVATION, *_ZENITH, *_TIME}
+    wanted = [column for column in file.schema_arrow if column.name.strip().lower() in known]
+    for column in wanted:
+        kind = column.type
+        if not (pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_decimal(kind)):
+            name = column.name.strip().lower()
+            raise InputError(f"{where}: column {name} must hold numbers (got type {shortened(str(kind))})")
+    batches, rows = list[pa.RecordBatch](), 0
+    names = [column.name for column in wanted]
+    for batch in file.iter_batches(_BATCH_ROWS, columns=names, use_threads=False):
+        batches.append(batch)
+        rows += batch.num_rows
+        _require_rows(rows, where)  # what the file announces may be wrong
+    return pa.Table.from_batches(batches, pa.schema(wanted))
 
 
 def _require_rows(rows: int, where: str) -> None:

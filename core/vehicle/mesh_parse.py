@@ -22,6 +22,7 @@ from trimesh.resolvers import Resolver
 from riglens.core.errors import InputError
 from riglens.core.limited_process import serve
 from riglens.core.rig.yaml.nodes import shortened
+from riglens.core.vehicle.mesh_structure import GLTF, require_readable_structure
 
 MAX_BYTES = 200_000_000
 MAX_TRIANGLES = 500_000
@@ -41,7 +42,6 @@ _PICTURES = (
     ".hdr",
 )
 _Y_UP = np.array([[0.0, 0.0, 1.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
-_GLTF = (".gltf", ".glb")
 _PLAIN = 170
 FARTHEST = 1e9
 Arrays = dict[str, NDArray[Any]]
@@ -96,16 +96,17 @@ def parse_mesh(path: Path) -> Arrays:
     resolver = FolderResolver(path.parent)
     suffix = path.suffix.lower()
     try:
-        with path.open("rb") as file:
-            scene = trimesh.load_scene(
-                file, file_type=suffix[1:], resolver=resolver, allow_remote=False, process=False
-            )
+        content = path.read_bytes()
+        require_readable_structure(content, suffix)
+        scene = trimesh.load_scene(
+            io.BytesIO(content), file_type=suffix[1:], resolver=resolver, allow_remote=False, process=False
+        )
         if resolver.refused:
             raise InputError(resolver.refused)
-        parts = _parts(scene, merges=suffix not in _GLTF)
+        parts = _parts(scene, merges=suffix not in GLTF)
         if not parts:
             raise InputError("contains no triangles")
-        return _joined(parts, upright=suffix in _GLTF)
+        return _joined(parts, upright=suffix in GLTF)
     except InputError:
         raise
     except MemoryError as error:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from riglens.app.terminal.console import results
+from riglens.app.terminal.console import note, results
 from riglens.app.terminal.tables import table
 from riglens.studies.files import csv_text
 
@@ -23,6 +23,11 @@ def test_no_number_of_a_table_is_cut_however_narrow_the_terminal(
     assert all(number in row for number in NUMBERS) and "…" not in out
     assert {"rig", "name", "said", "words"} <= set(out.split())
     assert max(map(len, lines)) <= max(width, 72)
+
+
+def test_a_remark_with_names_without_end_is_cut(capsys: pytest.CaptureFixture[str]) -> None:
+    note(f"columns not used: {'x' * 100_000}")
+    assert len(capsys.readouterr().err) < 500
 
 
 def test_a_csv_has_the_columns_of_all_lines() -> None:

@@ -239,6 +239,22 @@ def test_wrong_tables_end_with_one_line(tmp_path: Path, content: bytes | None, s
     assert str(error.value).startswith(f"{path}:3: ") and "\n" not in str(error.value)
 
 
+def test_texts_of_a_parquet_table_are_refused_by_their_type(tmp_path: Path) -> None:
+    """A text that is written once and meant for each row would take 200 MB."""
+    texts = pa.DictionaryArray.from_arrays(pa.array([0] * 2000, pa.int32()), pa.array(["x" * 100_000]))
+    columns = {"azimuth_deg": texts, "elevation_deg": pa.array(np.zeros(2000))}
+    parquet.write_table(pa.table(columns), tmp_path / "pattern.parquet", store_schema=False)
+    assert (tmp_path / "pattern.parquet").stat().st_size < 110_000
+    before, pool = pa.default_memory_pool(), pa.proxy_memory_pool(pa.default_memory_pool())
+    pa.set_memory_pool(pool)
+    try:
+        with pytest.raises(InputError, match=r"column azimuth_deg must hold numbers \(got type string\)"):
+            load_rig(rig_naming(tmp_path, "{file: pattern.parquet}"))
+    finally:
+        pa.set_memory_pool(before)
+    assert pool.max_memory() < 1_000_000
+
+
 def test_a_pipe_is_no_table_and_text_alone_has_no_folder(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pattern.csv")
     path = rig_naming(tmp_path, "{file: pattern.csv}")

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from riglens.core.shown_text import spreadsheet_cell, visible, visible_lines
+from riglens.core.shown_text import remark_text, spreadsheet_cell, visible, visible_lines
 
 
 @pytest.mark.parametrize(
@@ -29,6 +29,12 @@ def test_what_would_steer_a_terminal_is_written_out(text: str, shown: str) -> No
 def test_no_control_character_is_left(text: str) -> None:
     assert not any(ord(character) < 32 or 127 <= ord(character) < 160 for character in visible(text))
     assert visible(visible(text)) == visible(text)
+
+
+def test_a_remark_has_at_most_a_few_hundred_letters() -> None:
+    assert remark_text("short\n") == "short\\x0a"
+    cut = remark_text("\x00" * 500)
+    assert 300 < len(cut) < 500 and cut.endswith("…")
 
 
 def test_lines_stay_lines_where_they_may() -> None:

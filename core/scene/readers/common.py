@@ -28,6 +28,8 @@ from riglens.core.scene.statistics import BoxStatistics, BoxTally
 
 MAX_POSITION_M = 1e6
 MAX_SIZE_M = 1e3
+MAX_YAW_RAD = 1e6
+"""Beyond, the digits of a double leave no angle."""
 BATCH_BOXES = 4096
 """Approximate number of boxes in a batch where the reader is free to choose."""
 
@@ -38,7 +40,7 @@ NUMBERS = ("x", "y", "z", "length", "width", "height", "yaw")
 ACCEPTED = {
     **dict.fromkeys(NUMBERS[:3], ACCEPTED_POSITION),
     **dict.fromkeys(NUMBERS[3:6], ACCEPTED_SIZE),
-    "yaw": "a finite number in radians",
+    "yaw": f"a finite number in radians within ±{MAX_YAW_RAD:g}",
 }
 _HASH_CHUNK = 1 << 20
 _SHOWN = 40
@@ -280,9 +282,10 @@ def shown(text: str) -> str:
 
 def first_bad_number(numbers: NDArray[np.float64]) -> tuple[int, int] | None:
     """Return row and column of the first number that no real box has; numbers (n, k): the first k of NUMBERS."""
-    good = np.isfinite(numbers)
+    good = np.empty(numbers.shape, bool)
     good[:, :3] = np.abs(numbers[:, :3]) <= MAX_POSITION_M
     good[:, 3:6] = (numbers[:, 3:6] > 0.0) & (numbers[:, 3:6] <= MAX_SIZE_M)
+    good[:, 6:] = np.abs(numbers[:, 6:]) <= MAX_YAW_RAD
     if good.all():
         return None
     row, column = np.argwhere(~good)[0].tolist()

@@ -90,6 +90,11 @@ def test_a_result_never_takes_the_place_of_what_it_is_made_of(riglens, boxes, tm
     assert (rig.read_bytes(), boxes.read_bytes()) == before
 
 
+def test_a_switched_off_compiler_is_named(riglens, monkeypatch):
+    monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
+    assert "NUMBA_DISABLE_JIT=1: " in riglens("evaluate", "W+T").refused()
+
+
 def test_a_file_that_is_no_pog_is_not_said_to_need_trust(riglens, boxes):
     assert "unsafe" not in riglens("evaluate", "W+T", "--pog", boxes).refused()
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 
 from riglens.core.errors import InputError
 from riglens.core.rig.model import MeshPlacement, Vehicle
@@ -22,6 +23,7 @@ from riglens.core.vehicle.mesh import (
 )
 from riglens.core.vehicle.mesh_file import mesh_path, read_mesh
 from riglens.core.vehicle.mesh_parse import FolderResolver, parse_mesh
+from riglens.core.vehicle.mesh_structure import MAX_GROUPS, MAX_NODES
 
 CORNERS = np.array([[0, 0, 0], [2, 0, 0], [0, 1, 0], [0, 0, 3]], dtype=np.float32)
 FACES = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]], dtype=np.uint16)
@@ -162,6 +164,48 @@ def test_textures_are_never_opened(tmp_path):
     with pytest.raises(FileNotFoundError, match="textures are not read"):
         resolver.get("skin.png")
     assert resolver.refused == ""
+
+
+def nodes(*rows: dict[str, object]) -> bytes:
+    return gltf(nodes=[{"mesh": 0}, *rows]).encode()
+
+
+def glb(tree: str) -> bytes:
+    content = tree.encode() + b" " * (-len(tree) % 4)
+    return struct.pack("<4sIIII", b"glTF", 2, 20 + len(content), len(content), 0x4E4F534A) + content
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "said"),
+    [
+        ("a.gltf", gltf(extensionsRequired=["KHR_draco_mesh_compression"]), "extension KHR_draco"),
+        ("a.glb", glb(gltf(extensionsRequired=["EXT_meshopt_compression"])), "extension EXT_meshopt"),
+        (
+            "a.gltf",
+            nodes({"rotation": [0, 0, 0, 0]}),
+            "node 1: rotation must be a quaternion other than zero",
+        ),
+        ("a.gltf", nodes({"children": [2]}, {"children": [1]}), "below itself"),
+        ("a.gltf", nodes({"children": [1]}), "below itself"),
+        ("a.gltf", nodes({"children": [3]}, {"children": [3]}, {"mesh": 0}), "below two others"),
+        ("a.gltf", nodes({"children": [9]}), r"children of nodes must be 0 to 1 \(got 9\)"),
+        ("a.gltf", nodes(*[{}] * MAX_NODES), "more than 10,000 nodes"),
+        ("a.gltf", gltf(meshes=[{"primitives": [{}] * (MAX_GROUPS + 1)}]), "more than 10,000 groups"),
+        ("a.obj", OBJ + "usemtl a\n" * (MAX_GROUPS + 1), "more than 10,000 groups"),
+    ],
+)
+def test_what_a_parser_would_not_read_or_not_end_is_refused_before(
+    tmp_path, monkeypatch, name, content, said
+):
+    monkeypatch.setattr(trimesh, "load_scene", None)
+    with pytest.raises(InputError, match=said):
+        parse_mesh(written(tmp_path, name, content))
+
+
+def test_what_only_changes_the_looks_of_a_mesh_may_be_required(tmp_path):
+    tree = gltf(extensionsRequired=["KHR_materials_unlit"], nodes=[{"children": [1]}, {"mesh": 0}])
+    for name, content in (("a.gltf", tree), ("a.glb", glb(tree))):
+        assert len(parse_mesh(written(tmp_path, name, content))["triangles"]) == 4
 
 
 @pytest.mark.parametrize(
