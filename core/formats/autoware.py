@@ -43,6 +43,7 @@ from riglens.core.formats.mounts import (
 from riglens.core.formats.opencv_yaml import camera_info_text, read_lens
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import MAX_ANGLE, YAML, Source, Value
+from riglens.core.formats.unread import note_comments
 from riglens.core.geometry import Vec3
 from riglens.core.rig.model import Camera, Rig
 from riglens.core.rig.yaml.nodes import shortened, value_text
@@ -78,6 +79,7 @@ def read(source: Source, mounting: Mounting) -> Rig:
     """Return the sensors of all calibration files of the folder, chained to base_link."""
     files, tree, notes = _files(source), FrameTree(source.where), mounting.notes
     for file in files:
+        note_comments(file.text, notes)
         for parent, child, pose in _rows(file, notes):
             tree.add(parent, child, pose)
     notes.read(f"{len(tree.frames())} frames of {', '.join(file.path.name for file in files)}")

@@ -68,6 +68,8 @@ def read(source: Source, mounting: Mounting) -> Rig:
     source = (_home(source) or source) if source.is_folder else source
     channels = _channels(_table(source, "sensor").json)
     rigs = _rigs(_table(source, "calibrated_sensor").json, channels)
+    if len({_channels_of(rows, channels) for rows in rigs}) > 1:
+        rigs = _rigs_by_sample(rigs, source, mounting.notes)
     rows, which = _chosen(rigs, mounting.options.token, source.where)
     mounting.notes.read(which, field="token")
     recorded = _recorded(source, [row.item("token").text() for row in rows])
@@ -169,6 +171,36 @@ def _rigs(table: Value, channels: dict[str, tuple[str, str]]) -> list[list[Value
         rigs[-1].append(row)
         seen.add(channel)
     return rigs
+
+
+def _channels_of(rows: list[Value], channels: dict[str, tuple[str, str]]) -> frozenset[str]:
+    return frozenset(_named(row, channels)[0] for row in rows)
+
+
+def _rigs_by_sample(rigs: list[list[Value]], source: Source, notes: Notes) -> list[list[Value]]:
+    """Return the rows divided by the samples that hold their data, where the order of the rows does not say the rig.
+
+    That is so in tables sorted by sensor. Without samples the division by order stays, and is reported.
+    """
+    rows = {row.item("token").text(): row for rig in rigs for row in rig}
+    samples: dict[str, set[str]] = {}
+    path = table_file(source.folder, "sample_data")
+    for record in () if path is None else json_records(path, lambda _share: source.time.check()):
+        token, sample = (record.fields.get(key) for key in ("calibrated_sensor_token", "sample_token"))
+        if isinstance(token, str) and token in rows and isinstance(sample, str) and sample:
+            samples.setdefault(sample, set()).add(token)
+        if record.number >= MAX_SCANNED:
+            break
+    found = dict.fromkeys(frozenset(tokens) for tokens in samples.values())
+    whole = [tokens for tokens in found if not any(tokens < other for other in found)]
+    if not whole:
+        notes.approximated(
+            "which sensors are on one car is not in the tables: taken by the order of the rows"
+        )
+        return rigs
+    notes.read("which sensors are on one car, by the samples of their data")
+    order = list(rows)
+    return [[rows[token] for token in sorted(tokens, key=order.index)] for tokens in whole]
 
 
 def _chosen(rigs: list[list[Value]], token: str | None, where: str) -> tuple[list[Value], str]:

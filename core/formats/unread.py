@@ -106,6 +106,24 @@ def note_unread(reads: Reads, notes: Notes, harmless: str = "") -> None:
     report_unread((one for one in reads.unread() if one.name not in named), notes, harmless)
 
 
+_COMMENT = re.compile(r"#[^\n]{0,400}|<!--.{0,2000}?-->|//[^\n]{0,400}", re.DOTALL)
+_OTHER_AXES = re.compile(
+    r"\by\b[^\n,;.]{0,20}\bright\b|left[- ]handed|\bz\b[^\n,;.]{0,20}\bdown\b|\b(ned|frd)\b", re.IGNORECASE
+)
+_SEARCHED = 200_000
+
+
+def note_comments(text: str, notes: Notes) -> None:
+    """Report comments that speak of axes other than x forward, y left, z up: only a reader can tell what they mean."""
+    for comment in _COMMENT.finditer(text[:_SEARCHED]):
+        if found := _OTHER_AXES.search(comment[0]):
+            words = " ".join(found[0].split())
+            notes.approximated(
+                f"a comment says '{shortened(words, 40)}': read with x forward, y left, z up as the format has it"
+            )
+            return
+
+
 def report_unread(found: Iterator[Unread], notes: Notes, harmless: str = "") -> None:
     """Report unused fields: with values those that may matter, up to MOST of them, and the names of others."""
     more: list[str] = []

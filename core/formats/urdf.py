@@ -54,7 +54,7 @@ from riglens.core.formats.sdf_sensor import (
     plugin_kind,
 )
 from riglens.core.formats.source import Element, Source
-from riglens.core.formats.unread import report_unread
+from riglens.core.formats.unread import note_comments, report_unread
 from riglens.core.formats.xacro import expanded, is_xacro
 from riglens.core.geometry import Vec3
 from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt, Lidar, Rig, Sensor
@@ -272,6 +272,7 @@ def read(source: Source, mounting: Mounting) -> Rig:
     root, notes = source.xml, mounting.notes
     if root.tag != "robot":
         raise root.error("the root must be <robot>")
+    note_comments(source.text, notes)
     if is_xacro(root):
         root = expanded(source, notes)
     tree = _joints(root, notes)
