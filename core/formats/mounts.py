@@ -235,6 +235,7 @@ _OTHER_NAMES = {
     "robosense-m3": "m3 lidarm3 rsm3",
     "robosense-mx": "mx lidarmx rsmx",
     "robosense-e1": "e1 lidare1 rse1",
+    "robosense-e1r": "e1r rse1r",
     "robosense-airy": "airy",
     "robosense-bpearl": "bpearl bp",
     "robosense-rs-lidar-16": "rs16",

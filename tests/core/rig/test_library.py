@@ -22,7 +22,7 @@ from riglens.core.rig.library import (
 from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig
 from riglens.core.rig.presets import preset
 from riglens.core.rig.yaml.file import dumps, loads
-from riglens.core.sensors.camera import project_px
+from riglens.core.sensors.camera import pixel_directions, project_px
 
 ENTRIES = default_library().entries()
 
@@ -415,3 +415,21 @@ def test_the_readme_counts_the_models_of_the_library() -> None:
     number = Counter(entry.kind for entry in ENTRIES)
     page = (Path(__file__).resolve().parents[3] / "README.md").read_text(encoding="utf-8")
     assert f"{number['lidar']} LiDARs, {number['camera']} cameras, {number['radar']} radars" in page
+
+
+def test_wide_lenses_of_cars_compress_their_borders() -> None:
+    """A car ahead is not smaller in the picture than one aside, so its range is not below that at 45 degrees."""
+    cameras = [
+        default_library().entry(name).sensor("a", Pose())
+        for name in ("sekonix-sf3324", "generic-front-8mp-120")
+    ]
+    cameras += [sensor for sensor in preset("production car").sensors if isinstance(sensor, Camera)]
+    for camera in cameras:
+        assert isinstance(camera, Camera)
+        width, height = camera.image
+        edges = [(at, height / 2.0) for at in np.linspace(0.0, width, 201)]
+        rays = pixel_directions(camera, np.array(edges))
+        azimuths = np.degrees(np.arctan2(rays[:, 1], rays[:, 0]))
+        density = (width / 200.0) / np.abs(np.diff(azimuths))
+        ahead, aside = density[100], density[np.argmin(np.abs(azimuths[:-1] - 45.0))]
+        assert np.abs(azimuths).max() < 50.0 or ahead >= 0.999 * aside, camera.model
