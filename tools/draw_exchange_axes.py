@@ -148,6 +148,15 @@ PANELS = (
         {"x": "forward", "y": "near", "z": "up"},
         ("left-handed: y right, pitch up, yaw right", "° · m · body"),
     ),
+    Panel(
+        "Basalt",
+        (CENTRE + 24, ROOF - 4),
+        ISO,
+        ("IMU, anywhere: x forward unless tipped · m", "quaternion x y z w · cameras optical"),
+    ),
+    Panel(
+        "Audi A2D2", (REAR, AXLE), ISO, ("middle of the rear axle · m", "x and y axes of each sensor · body")
+    ),
     Panel("ASAM OSI", (REAR, AXLE), ISO, ("middle of the rear axle itself · m", "roll pitch yaw rad · body")),
 )
 

@@ -38,7 +38,8 @@ def convert(
     """Convert a rig between formats, reporting everything converted, approximated or left out.
 
     Formats: riglens, nuscenes, autoware, urdf, carla, carla-toml, driveworks, osi both ways; pandaset, argoverse,
-    kalibr, euroc, fast-livo, apollo, opencv, kitti, kitti-360, boreas, airsim, mmdet3d, carla-agent read only.
+    kalibr, euroc, fast-livo, apollo, opencv, kitti, kitti-360, boreas, airsim, mmdet3d, carla-agent, basalt, a2d2
+    read only.
 
     Parameters
     ----------

@@ -1,6 +1,7 @@
-"""Baidu Apollo: a folder of calibration data with *_extrinsics.yaml and *_intrinsics.yaml (import).
+"""Baidu Apollo: a folder of calibration data with *_extrinsics.yaml and *_intrinsics.yaml; transforms of ROS (import).
 
-Each extrinsic file holds one transform from child_frame_id to header.frame_id: metres, a quaternion x, y, z, w. Frames
+Each extrinsic file holds one transform from child_frame_id to header.frame_id, or several as /tf_static has them:
+metres, a quaternion x, y, z, w. Of the root base_link the axes are those of ROS (REP-105). Frames
 are chained to one root, usually `novatel` or `localization`: x to the RIGHT, y FORWARD, z up, at the rear axle. Cameras
 have optical axes; intrinsics are messages sensor_msgs/CameraInfo. LiDARs have x forward, y left, z up. What a frame
 holds follows from the folder of its file (camera_params, velodyne_params, lidar_params, radar_params), else its name.
@@ -46,12 +47,26 @@ def recognises(source: Source) -> bool:
 
 
 def _is_transform(file: Source) -> bool:
+    return bool(_transforms(file))
+
+
+def _transforms(file: Source) -> list[Value]:
+    """Return the transforms of a file: one message TransformStamped, or those of a message TFMessage, as /tf_static."""
     if not file.text.strip():  # as left by a calibration that was never made
-        return False
+        return []
     root = file.yaml
-    header = root.raw.get("header") if root.is_mapping else None
+    listed = root.get("transforms") if root.is_mapping else None
+    found = [root] if listed is None or not listed.is_list else listed.elements()
+    return found if all(_is_stamped(one) for one in found) else []
+
+
+def _is_stamped(message: Value) -> bool:
+    header = message.raw.get("header") if message.is_mapping else None
     return (
-        "transform" in root and "child_frame_id" in root and isinstance(header, dict) and "frame_id" in header
+        "transform" in message
+        and "child_frame_id" in message
+        and isinstance(header, dict)
+        and "frame_id" in header
     )
 
 
@@ -70,26 +85,38 @@ def read(source: Source, mounting: Mounting) -> Rig:
     kinds: dict[str, str | None] = {}
     given: dict[str, str] = {}
     for file in _files(source, "extrinsics") or [source]:
-        if not _is_transform(file):
+        found = _transforms(file)
+        if not found:
             mounting.notes.ignored("it does not name its frames", file.path.name)
-            continue
-        parent, child = (file.yaml.item(key) for key in ("header", "child_frame_id"))
-        name = child.text()
-        if name in given:
-            mounting.notes.ignored(
-                f"a second transform of {shortened(name, 40)}: that of {given[name]} is taken", file.path.name
-            )
-            continue
-        given[name] = file.path.name
-        tree.add(parent.item("frame_id").text(), name, _transform(file.yaml.item("transform")))
-        group = file.path.resolve().parent.name.removesuffix("_params")
-        kinds[name] = _KINDS.get(group) or kind_of(name)
+        for message in found:
+            _attach(message, file, tree, kinds, given, mounting)
     lenses = {_frame(file): file.yaml for file in _files(source, "intrinsics") if file.yaml.is_mapping}
     turn = _root_axes(tree, mounting)
     for frame in tree.frames():
         _add(frame, turn @ tree.root_SE3(frame), kinds[frame], lenses, tree, mounting)
     mounting.notes.converted("cameras from optical axes; quaternions to roll, pitch, yaw")
     return mounting.rig(f"Apollo {source.name}")
+
+
+def _attach(
+    message: Value,
+    file: Source,
+    tree: FrameTree,
+    kinds: dict[str, str | None],
+    given: dict[str, str],
+    mounting: Mounting,
+) -> None:
+    """Attach the frame of a transform, unless an earlier one is of the same frame."""
+    name = message.item("child_frame_id").text()
+    if name in given:
+        said = f"a second transform of {shortened(name, 40)}: that of {given[name]} is taken"
+        mounting.notes.ignored(said, file.path.name)
+        return
+    given[name] = file.path.name
+    parent = message.item("header").item("frame_id").text()
+    tree.add(parent, name, _transform(message.item("transform")))
+    group = file.path.resolve().parent.name.removesuffix("_params")
+    kinds[name] = _KINDS.get(group) or kind_of(name)
 
 
 def _transform(value: Value) -> Matrix:

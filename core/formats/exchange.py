@@ -11,10 +11,12 @@ from pathlib import Path
 from riglens.core.errors import InputError
 from riglens.core.extensions import extended, first_fitting
 from riglens.core.files import atomic_folder, atomic_write
+from riglens.core.formats.a2d2 import A2D2
 from riglens.core.formats.airsim import AIRSIM
 from riglens.core.formats.apollo import APOLLO
 from riglens.core.formats.argoverse import ARGOVERSE
 from riglens.core.formats.autoware import AUTOWARE
+from riglens.core.formats.basalt import BASALT
 from riglens.core.formats.base import Exported, Format
 from riglens.core.formats.boreas import BOREAS
 from riglens.core.formats.carla_agent import CARLA_AGENT
@@ -45,7 +47,7 @@ FORMATS = {
     format_.name: format_
     for format_ in (
         RIGLENS, NUSCENES, AUTOWARE, URDF, CARLA, CARLA_TOML, DRIVEWORKS, PANDASET, ARGOVERSE, KALIBR, EUROC,
-        FAST_LIVO, APOLLO, OPENCV, KITTI, KITTI_360, BOREAS, AIRSIM, MMDET3D, CARLA_AGENT, OSI,
+        FAST_LIVO, APOLLO, OPENCV, KITTI, KITTI_360, BOREAS, AIRSIM, MMDET3D, CARLA_AGENT, OSI, BASALT, A2D2,
     )
 }  # fmt: skip
 """The built-in formats by name on the command line; RigLens' own comes first."""

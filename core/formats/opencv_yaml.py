@@ -1,7 +1,8 @@
 """Read cameras as OpenCV, ROS and VINS write them in YAML (import).
 
 One camera: camera_matrix, distortion_coefficients and image size (OpenCV's calibration, ROS camera_info files), the
-fields of a CameraInfo message (K, D, height, width), or VINS' projection_parameters. Several: the configuration of
+fields of a CameraInfo message (K, D, height, width), VINS' projection_parameters, or Autoware.AI's CameraMat with the
+place of the camera on the LiDAR. Several: the configuration of
 VINS, whose body_T_cam0 takes points of camera 0 to the IMU, with a file for each camera beside it. Metres; cameras
 in optical axes. A file of one camera does not say where it stands: straight ahead from the origin, on the roof.
 Source: ROS camera_calibration_parsers, sensor_msgs/CameraInfo; VINS-Fusion, config and camera_models.
@@ -16,7 +17,7 @@ import numpy as np
 
 from riglens.core.errors import InputError
 from riglens.core.formats.base import Format
-from riglens.core.formats.frames import Matrix
+from riglens.core.formats.frames import Matrix, from_optical
 from riglens.core.formats.lenses import (
     BROWN_CONRADY,
     KANNALA_BRANDT,
@@ -27,15 +28,18 @@ from riglens.core.formats.lenses import (
 from riglens.core.formats.matrices import add_by_imu, rigid
 from riglens.core.formats.mounts import Mounting
 from riglens.core.formats.report import Notes
-from riglens.core.formats.source import YAML, Source, Value
+from riglens.core.formats.source import MAX_PIXELS, YAML, Source, Value
 from riglens.core.rig.model import Camera, KannalaBrandt, Rig
 from riglens.core.rig.yaml.nodes import shortened, value_text
 
 _MATRIX, _PROJECTION = "camera_matrix", "projection_parameters"
 _EXTRINSIC = re.compile(r"body_T_cam([0-9]{1,2})")
-_MATRICES = (_MATRIX, "cameraMatrix", "K", "k")
+_MATRICES = (_MATRIX, "cameraMatrix", "CameraMat", "K", "k")
+_TO_LIDAR = "CameraExtrinsicMat"
+"""Of Autoware.AI: takes points of the camera, in optical axes, to the LiDAR (x forward, y left, z up)."""
 _COEFFICIENTS = (
-    "distortion_coefficients", "D", "d", "dist_coeffs", "dist_coeff", "distCoeffs", "distortion_coeffs", "distortion",
+    "distortion_coefficients", "D", "d", "dist_coeffs", "dist_coeff", "distCoeffs", "DistCoeff",
+    "distortion_coeffs", "distortion",
 )  # fmt: skip
 """Names under which calibrators and examples write the coefficients in OpenCV's order."""
 _FISHEYES = ("equidistant", "fisheye", "kannala_brandt")
@@ -58,7 +62,7 @@ def _is_camera(root: Value) -> bool:
     is_message = {"width", "height"} <= root.raw.keys() and any(
         isinstance(root.raw.get(key), list | tuple) for key in "Kk"
     )
-    return any(key in root for key in (_MATRIX, "cameraMatrix", _PROJECTION)) or is_message
+    return any(key in root for key in (_MATRIX, "cameraMatrix", "CameraMat", _PROJECTION)) or is_message
 
 
 def read(source: Source, mounting: Mounting) -> Rig:
@@ -74,8 +78,16 @@ def read(source: Source, mounting: Mounting) -> Rig:
 def _add_one(root: Value, source: Source, mounting: Mounting) -> None:
     named = next((root.item(key) for key in ("camera_name", "frame_id") if key in root), None)
     name = source.name if named is None else named.text()
+    lens = read_lens(root, name, mounting.notes)
+    if _TO_LIDAR in root:
+        pose = from_optical(rigid(root.item(_TO_LIDAR), name, mounting.notes))
+        mounting.notes.approximated(
+            "the LiDAR of CameraExtrinsicMat: x forward, y left, z up on the roof", name
+        )
+        mounting.add("camera", name, pose, **lens)
+        return
     mounting.notes.approximated("pose of the camera not in the file: it faces straight ahead", name)
-    mounting.add("camera", name, np.eye(4), **read_lens(root, name, mounting.notes))
+    mounting.add("camera", name, np.eye(4), **lens)
 
 
 def _add_chain(source: Source, mounting: Mounting) -> None:
@@ -114,7 +126,11 @@ def _beside(source: Source, key: str) -> Value | None:
 
 def read_lens(root: Value, name: str, notes: Notes) -> dict[str, Any]:
     """Return image and lens of a YAML mapping as OpenCV, ROS or VINS write it; raise InputError."""
-    image = root.image(*next((keys for keys in _SIZES if keys[0] in root), _SIZES[0]))
+    if "ImageSize" in root:
+        width, height = (side.whole(1, MAX_PIXELS) for side in root.item("ImageSize").elements(2))
+        image = width, height
+    else:
+        image = root.image(*next((keys for keys in _SIZES if keys[0] in root), _SIZES[0]))
     if _PROJECTION in root:
         return {"image": image} | _vins(root, image, name, notes)
     return _windowed(root, {"image": image} | _ros(root, name, notes), name, notes)
@@ -240,6 +256,9 @@ def camera_info_text(camera: Camera) -> str:
     return "\n".join([*lines, ""])
 
 
-UNUSED = "rectification_matrix|projection_matrix|[RPrp]|header|seq|stamp|camera_name|frame_id|do_rectify"
+UNUSED = (
+    "rectification_matrix|projection_matrix|[RPrp]|header|seq|stamp|camera_name|frame_id|do_rectify"
+    "|Reprojection Error"
+)
 """Fields of a camera's file for rectified pictures, or that name something."""
 OPENCV = Format("opencv", "OpenCV, ROS or VINS camera", YAML, recognises, read, harmless=UNUSED)

@@ -526,6 +526,75 @@ MMDET3D: Files = {
         }
     )
 }
+BASALT: Files = {
+    "calibration.json": json.dumps(
+        {
+            "value0": {
+                "T_imu_cam": [
+                    {"px": 0.05, "py": 0.1, "pz": 0.02, "qx": -0.5, "qy": 0.5, "qz": -0.5, "qw": 0.5},
+                    {"px": 0.05, "py": -0.1, "pz": 0.02, "qx": -0.5, "qy": 0.5, "qz": -0.5, "qw": 0.5},
+                ],
+                "intrinsics": [
+                    {
+                        "camera_type": "kb4",
+                        "intrinsics": {
+                            **{"fx": 379.5, "fy": 379.25, "cx": 505.5, "cy": 509.75},
+                            **{"k1": 0.01, "k2": -0.005, "k3": 0.004, "k4": -0.001},
+                        },
+                    },
+                    {
+                        "camera_type": "ds",
+                        "intrinsics": {
+                            "fx": 158.0,
+                            "fy": 158.0,
+                            "cx": 508.0,
+                            "cy": 506.0,
+                            "xi": -0.17,
+                            "alpha": 0.6,
+                        },
+                    },
+                ],
+                "resolution": [[1024, 1024], [1024, 1024]],
+                "calib_accel_bias": [0.0] * 9,
+                "imu_update_rate": 200.0,
+            }
+        }
+    )
+}
+A2D2: Files = {
+    "cams_lidars.json": json.dumps(
+        {
+            "vehicle": {
+                "view": {"origin": [0, 0, 0], "x-axis": [1, 0, 0], "y-axis": [0, 1, 0]},
+                "ego-dimensions": {"x-range": [-1.125, 3.9375], "y-range": [-1, 1], "z-range": [-0.25, 1.5]},
+            },
+            "cameras": {
+                "front_center": {
+                    "view": {"origin": [1.75, 0, 1.0], "x-axis": [1, 0, 0], "y-axis": [0, 1, 0]},
+                    "Lens": "Telecam",
+                    "CamMatrix": [[1687.0, 0, 965.4], [0, 1783.5, 684.4], [0, 0, 1]],
+                    "CamMatrixOriginal": [[1750.0, 0, 955.0], [0, 1750.0, 604.0], [0, 0, 1]],
+                    "Distortion": [[-0.25, 0.125, 0.001, -0.002, 0.01]],
+                    "Resolution": [1920, 1208],
+                    "tstamp_delay": 0,
+                },
+                "side_left": {
+                    "view": {"origin": [0.5, 0.75, 1.0], "x-axis": [0, 1, 0], "y-axis": [-1, 0.1, 0]},
+                    "Lens": "Fisheye",
+                    "CamMatrix": [[881.0, 0, 951.0], [0, 881.0, 580.0], [0, 0, 1]],
+                    "CamMatrixOriginal": [[1050.0, 0, 951.0], [0, 1050.0, 600.0], [0, 0, 1]],
+                    "Distortion": [[-0.04, 0.02, -0.03, 0.01]],
+                    "Resolution": [1920, 1208],
+                },
+            },
+            "lidars": {
+                "front_left": {
+                    "view": {"origin": [1.75, 0.5, 1.0], "x-axis": [0.8, 0.6, 0], "y-axis": [-0.6, 0.8, 0]}
+                }
+            },
+        }
+    )
+}
 OSI: Files = {
     "osi.json": json.dumps(
         [
@@ -587,6 +656,8 @@ SMALL: dict[str, Files] = {
     "boreas": BOREAS,
     "airsim": AIRSIM,
     "mmdet3d": MMDET3D,
+    "basalt": BASALT,
+    "a2d2": A2D2,
     "osi": OSI,
 }
 """A valid rig in every format that is read; the last one is another form of the one before."""

@@ -10,8 +10,19 @@ import pytest
 from riglens.core.formats.lens_export import extent
 from riglens.core.formats.mounts import ReadOptions, find_model
 from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt, Lidar, Rig, Sensor
+from riglens.core.sensors.camera import project_px
 from riglens.core.sensors.ultrasonic import Ultrasonic
-from tests.core.formats.cases import KITTI, Files, lidar, read_files, rig_of, written
+from tests.core.formats.cases import (
+    A2D2,
+    AUTOWARE_KIT,
+    BASALT,
+    KITTI,
+    Files,
+    lidar,
+    read_files,
+    rig_of,
+    written,
+)
 from tests.core.formats.test_reports import has
 
 MATRIX = "camera_matrix: {rows: 3, cols: 3, data: [500, 0, 640, 0, 500, 360, 0, 0, 1]}\n"
@@ -251,3 +262,106 @@ def test_urdf_has_a_frame_of_every_kind() -> None:
     ]  # fmt: skip
     assert isinstance(back.sensors[0], Ultrasonic)
     assert back.sensors[0].azimuth_deg == pytest.approx((-50.0, 50.0)) and back.sensors[0].pole_range_m == 2.0
+
+
+@pytest.mark.parametrize(
+    "words", ["x forward, y right", "axes are left-handed", "y axis to the right", "z points down", "NED"]
+)
+def test_a_comment_that_speaks_of_other_axes_is_told(words: str) -> None:
+    kit = dict(AUTOWARE_KIT)
+    kit["sensor_kit_calibration.yaml"] = f"# {words}\n" + kit["sensor_kit_calibration.yaml"]
+    assert has(read_files(kit).report, "approximated", "a comment says", words.split()[-1])
+    robot = {"car.urdf": f'<robot name="a"><!-- {words} --><link name="top_lidar"/></robot>'}
+    assert has(read_files(robot).report, "approximated", "a comment says", words.split()[-1])
+    plain = "# right camera, y in metres; z up, drawn down there"
+    kit["sensor_kit_calibration.yaml"] = f"{plain}\n" + AUTOWARE_KIT["sensor_kit_calibration.yaml"]
+    assert not has(read_files(kit).report, "a comment says")
+
+
+def test_tables_sorted_by_sensor_are_divided_by_their_samples() -> None:
+    k = [[850.0, 0.0, 800.0], [0.0, 850.0, 450.0], [0.0, 0.0, 1.0]]
+    rows = [
+        {
+            "token": f"{channel}{car}",
+            "sensor_token": channel,
+            "camera_intrinsic": k,
+            "translation": [car, 0, 1.6],
+        }
+        for channel, cars in (("FRONT", (1, 2, 3)), ("BACK", (1, 2, 3)), ("SIDE", (2, 3)))
+        for car in cars
+    ]
+    files = dict(tables(rows))
+    apart = read_files(files)
+    assert has(apart.report, "approximated", "which sensors are on one car")
+    samples = [{"calibrated_sensor_token": row["token"], "sample_token": row["token"][-1]} for row in rows]
+    files["sample_data.json"] = json.dumps(samples)
+    for car, names in (
+        (1, ["FRONT", "BACK"]),
+        (2, ["FRONT", "BACK", "SIDE"]),
+        (3, ["FRONT", "BACK", "SIDE"]),
+    ):
+        read = read_files(files, options=ReadOptions(token=f"FRONT{car}", origin_m=(0.0, 0.0, 0.0)))
+        assert [sensor.name for sensor in read.rig.sensors] == names
+        assert {sensor.position[0] for sensor in read.rig.sensors} == {float(car)}
+
+
+def test_autoware_ai_has_the_camera_on_the_lidar() -> None:
+    """CameraExtrinsicMat takes points of the camera to the LiDAR: here 1 m ahead of it, turned to the left."""
+    text = (
+        "%YAML:1.0\n---\nCameraExtrinsicMat: !!opencv-matrix\n   rows: 4\n   cols: 4\n   dt: d\n"
+        "   data: [ 1, 0, 0, 1, 0, 0, 1, 0, 0, -1, 0, -0.5, 0, 0, 0, 1 ]\n"
+        "CameraMat: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: [ 500, 0, 640, 0, 500, 360, 0, 0, 1 ]\n"
+        f"DistCoeff: !!opencv-matrix\n   rows: 1\n   cols: 4\n   dt: d\n   data: {BEND}\n"
+        "ImageSize: [1280, 720]\nReprojection Error: 0.1\nDistModel: plumb_bob\n"
+    )
+    (camera,) = read_files({"cam.yaml": text}, options=ReadOptions(origin_m=(0.0, 0.0, 0.0))).rig.sensors
+    assert isinstance(camera, Camera) and camera.image == (1280, 720)
+    assert camera.position == (1.0, 0.0, -0.5) and camera.rpy_deg == pytest.approx((0.0, 0.0, 90.0), abs=1e-9)
+    assert camera.distortion == BrownConrady(k1=-0.25, k2=0.125, p1=0.001, p2=-0.002)
+
+
+def test_static_transforms_of_ros_are_chained() -> None:
+    one, other = (
+        {
+            "header": {"frame_id": parent},
+            "child_frame_id": child,
+            "transform": {"translation": place, "rotation": turn},
+        }
+        for parent, child, place, turn in (
+            ("base_link", "roof", {"x": 1.0, "y": 0.0, "z": 1.5}, {"x": 0.0, "y": 0.0, "z": 1.0, "w": 0.0}),
+            ("roof", "top_lidar", {"x": 0.25, "y": 0.0, "z": 0.5}, {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}),
+        )
+    )
+    read = read_files({"tf.yaml": json.dumps({"transforms": [one, other]})})
+    (lidar,) = read.rig.sensors
+    assert lidar.position == pytest.approx((0.75 + read.rig.vehicle.rear_axle_x, 0.0, 2.0))
+    assert abs(lidar.rpy_deg[2]) == pytest.approx(180.0)
+
+
+def test_basalts_cameras_stand_around_the_imu() -> None:
+    left, right = read_files(BASALT, options=ReadOptions(origin_m=(0.0, 0.0, 0.0))).rig.sensors
+    assert isinstance(left, Camera) and isinstance(right, Camera)
+    assert left.position == pytest.approx((0.05, 0.1, 0.02)) and right.position == pytest.approx(
+        (0.05, -0.1, 0.02)
+    )
+    for camera in (left, right):
+        assert camera.rpy_deg == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
+    assert left.distortion == KannalaBrandt(k1=0.01, k2=-0.005, k3=0.004, k4=-0.001)
+    xi, alpha, theta = -0.17, 0.6, 0.5  # the double sphere of Usenko et al., 3DV 2018, eq. 40
+    x, z = math.sin(theta), math.cos(theta)
+    u = 158.0 * x / (alpha * math.hypot(x, xi + z) + (1.0 - alpha) * (xi + z)) + 508.0
+    found = project_px(right, np.array([[math.cos(theta), -math.sin(theta), 0.0]]))
+    assert found[0] == pytest.approx((u, 506.0), abs=0.5)
+
+
+def test_a2d2_has_views_in_a_box_around_the_rear_axle() -> None:
+    read = read_files(A2D2)
+    front, side, lidar = read.rig.sensors
+    car = read.rig.vehicle
+    assert (car.length, car.width, car.height, car.rear_axle_x) == (5.0625, 2.0, 1.75, -1.40625)
+    assert front.position == pytest.approx((1.75 - 1.40625, 0.0, 1.25)) and front.rpy_deg == (0.0, 0.0, 0.0)
+    assert side.rpy_deg == pytest.approx((0.0, 0.0, 90.0), abs=1e-9)
+    assert lidar.rpy_deg == pytest.approx((0.0, 0.0, math.degrees(math.atan2(0.6, 0.8))))
+    assert isinstance(front, Camera) and front.fx == 1750.0
+    assert front.distortion == BrownConrady(k1=-0.25, k2=0.125, p1=0.001, p2=-0.002, k3=0.01)
+    assert isinstance(side, Camera) and side.distortion == KannalaBrandt(k1=-0.04, k2=0.02, k3=-0.03, k4=0.01)

@@ -37,6 +37,8 @@ PLACES: dict[str, tuple[str, str, str]] = {
     "kitti-360": ("image_02.yaml", "image_width", "{key}: {value}\n"),
     "airsim": ("settings.json", '"X"', JSON),
     "mmdet3d": ("infos.json", '"cam2img"', JSON),
+    "basalt": ("calibration.json", '"fx": 379.5', JSON),
+    "a2d2": ("cams_lidars.json", '"Lens": "Telecam"', JSON),
     "osi": ("osi.json", '"range"', JSON),
 }
 """File, text before which a field is put, and how the format writes a field."""
