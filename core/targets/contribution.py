@@ -79,7 +79,7 @@ def phases_rad(sensor: Sensor, settings: TargetSettings, frame: Ids) -> NDArray[
 
 
 class _Sweep(NamedTuple):
-    """Boxes of all frames, and how a sensor meets them there, (frames,) each: in radians, keys of the draws."""
+    """Boxes of all frames, and how a sensor meets them, (frames,) each: phases in radians, keys."""
 
     boxes: FrameBoxes
     phases: NDArray[np.float64]
