@@ -81,12 +81,15 @@ def _stop_bits(table: Beams, ends_m: Doubles) -> tuple[Words, float]:
     `kernels.objects.box_frames.Beams`."""
     if table.turns or not ends_m.size:
         return _NO_WORDS, 0.0
-    end_m = ends_m[table.row_of[:, None] * table.steps[0] + table.column_of * table.steps[1]]
-    is_stopped = np.isfinite(end_m)
     bits = np.zeros((2, len(table.row_of), (table.columns + 63) // 64 * 64), np.bool_)
-    bits[0, :, : table.columns], bits[1, :, : table.columns] = is_stopped, end_m == 0.0
+    is_stopped = np.isfinite(ends_m)
+    for some, to in zip((is_stopped, ends_m == 0.0), bits, strict=True):
+        if table.steps[1] == 1:
+            to[:, : table.columns] = some.reshape(-1, table.columns)[table.row_of][:, table.column_of]
+        else:
+            to[:, : table.columns] = some.reshape(-1, table.steps[1])[table.column_of][:, table.row_of].T
     words = np.packbits(bits.reshape(2, -1), axis=1, bitorder="little").view(np.uint64)
-    return words, float(end_m[is_stopped].max(initial=0.0))
+    return words, float(ends_m.max(initial=0.0, where=is_stopped))
 
 
 def stops_of(

@@ -35,6 +35,8 @@ SLACK = 1e-6
 TILE = 8
 NONE, SOME, ALL = 0, 1, 2
 """Share of a rectangle's rays that are stopped."""
+AT_ONCE = 8
+"""Levels of a column that are looked at together where the car's own body stops some rays."""
 NO_TILES = np.zeros((0, 0), np.int64)
 
 
@@ -262,6 +264,24 @@ def _is_free(f: Frustum, start: Vector, step: Vector, first: int, last: int) -> 
 
 
 @lean_inlined
+def _is_hidden(f: Frustum, start: Vector, step: Vector, first: int, last: int) -> bool:
+    """Return whether all rays are stopped that may meet a voxel whose centre is at start + level step,
+    in camera frame."""
+    x0, x1 = start[0] + first * step[0], start[0] + last * step[0]
+    least = min(x0, x1) - SPHERE
+    if least < 0.5:
+        return False
+    u0, v0 = _pixel(f, x0, start[1] + first * step[1], start[2] + first * step[2])
+    u1, v1 = _pixel(f, x1, start[1] + last * step[1], start[2] + last * step[2])
+    # what is SPHERE away from a place at depth x is at most SPHERE (1 + |y / x|) / (x - SPHERE) away in y / x
+    aside = max(abs(u0 - f.image[0]), abs(u1 - f.image[0]))
+    above = max(abs(v0 - f.image[2]), abs(v1 - f.image[2]))
+    wide, high = (f.image[1] + aside) * SPHERE / least + 1.0, (f.image[3] + above) * SPHERE / least + 1.0
+    left, right, top, bottom = min(u0, u1) - wide, max(u0, u1) + wide, min(v0, v1) - high, max(v0, v1) + high
+    return _stopped_within(f, left, right, top, bottom) == ALL
+
+
+@lean_inlined
 def _is_nearest_free(f: Frustum, centre: Vector) -> bool:
     """Return whether the ray nearest to a place in the view, in camera frame, is not stopped."""
     if centre[0] < 0.5:
@@ -286,23 +306,37 @@ def _mark_column(f: Frustum, ix: int, iy: int, keep: np.ndarray, marks: np.ndarr
         return
     low, high = _levels_within(f, x, y, z, 0.0)
     sure_first, sure_last = max(int(np.ceil(max(low, -1.0))), first), min(int(np.floor(min(high, 1e6))), last)
-    is_sure = sure_first <= sure_last
+    if sure_first > sure_last:
+        _test_levels(f, (ix, iy, base), (x, y, z), first, last, False, keep, marks, work)
+        return
+    _test_levels(f, (ix, iy, base), (x, y, z), first, sure_first - 1, False, keep, marks, work)
+    _test_levels(f, (ix, iy, base), (x, y, z), sure_last + 1, last, False, keep, marks, work)
     ez = (f.rotation[2, 0], f.rotation[2, 1], f.rotation[2, 2])
-    if is_sure and f.is_stopped.size > 0:
-        is_sure = _is_free(f, (x, y, z), ez, sure_first, sure_last)
-    if is_sure:
+    if f.is_stopped.size == 0 or _is_free(f, (x, y, z), ez, sure_first, sure_last):
         mark_levels(marks, base, sure_first, sure_last)
+        return
+    for begin in range(sure_first, sure_last + 1, AT_ONCE):
+        end = min(begin + AT_ONCE - 1, sure_last)
+        if _is_free(f, (x, y, z), ez, begin, end):
+            mark_levels(marks, base, begin, end)
+        elif not _is_hidden(f, (x, y, z), ez, begin, end):
+            _test_levels(f, (ix, iy, base), (x, y, z), begin, end, True, keep, marks, work)
+
+
+@lean
+def _test_levels(
+    f: Frustum, column: Cell, start: Vector, first: int, last: int, is_in_view: bool, keep: np.ndarray,
+    marks: np.ndarray, work: VoxelWork,
+) -> None:  # fmt: skip
+    """Mark the voxels of some levels of a column (ix, iy, first word) that a ray traverses, one by one;
+    is_in_view: their centres are, in the camera frame at start + level times the grid's z."""
+    ez = (f.rotation[2, 0], f.rotation[2, 1], f.rotation[2, 2])
     for level in range(first, last + 1):
-        if is_sure and sure_first <= level <= sure_last:
-            continue
-        bit = np.uint64(1) << np.uint64(level & 63)
-        word = base + (level >> 6)
+        word, bit = column[2] + (level >> 6), np.uint64(1) << np.uint64(level & 63)
         if keep[word] & bit == 0:
             continue
-        is_nearest_free = False
-        if not is_sure and f.is_stopped.size > 0 and sure_first <= level <= sure_last:
-            is_nearest_free = _is_nearest_free(f, (x + level * ez[0], y + level * ez[1], z + level * ez[2]))
-        if is_nearest_free or _any_hits(f, (ix, iy, level), work):
+        centre = (start[0] + level * ez[0], start[1] + level * ez[1], start[2] + level * ez[2])
+        if (is_in_view and _is_nearest_free(f, centre)) or _any_hits(f, (column[0], column[1], level), work):
             marks[word] |= bit
 
 
