@@ -111,3 +111,15 @@ def test_a_range_of_frames_holds_out_the_others(boxes: str) -> None:
         engine.evaluate(rig)
     alone = traffic.part(range(1, 3))
     assert alone.frames == 2 and rl.targets(rig, alone).objects().equals(rest.objects())
+
+
+def test_what_one_kind_sees_is_what_the_rig_of_that_kind_sees(scene: rl.Scene) -> None:
+    whole, parts = rl.open_rig("W+T"), dict[str, np.ndarray]()
+    rig = whole.replace(sensors=(whole.enabled_lidars()[0], whole.enabled_cameras()[0]))
+    for kind in ("lidar", "camera"):
+        kept = (one for one in rig.sensors if one.kind == kind)
+        alone = rig.replace(sensors=tuple(kept))
+        parts[kind] = scene.seen(rig, kind=kind)
+        np.testing.assert_array_equal(parts[kind], scene.seen(alone))
+    assert (parts["lidar"] != parts["camera"]).any()
+    np.testing.assert_array_equal(parts["lidar"] | parts["camera"], scene.seen(rig))

@@ -6,6 +6,7 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from riglens.app.session.document import MERGE_S, Document
+from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
 from riglens.core.rig.edits import linked
 from riglens.core.rig.model import Rig
@@ -288,3 +289,12 @@ def test_one_of_a_mirror_pair_can_be_renamed_copied_and_deleted(qtbot: QtBot) ->
     assert document.rig.sensor(copy).mirror_of is None
     document.delete(("top",))
     assert document.rig.sensor("other").mirror_of is None
+
+
+def test_a_locked_sensor_is_neither_enabled_nor_disabled(document: Document) -> None:
+    document.set_enabled(("roof",), False)
+    document.set_locked(("roof",), True)
+    for enabled in (True, False):
+        with pytest.raises(InputError, match="roof: locked"):
+            document.set_enabled(("roof",), enabled)
+    assert not document.rig.sensor("roof").enabled

@@ -33,6 +33,7 @@ from riglens.core.scene.readers import common, frames
 from riglens.core.scene.readers.classes import ClassTable
 from riglens.core.scene.readers.common import first_bad_number
 from riglens.core.scene.readers.frames import FrameCounter, WholeFrames
+from riglens.core.scene.sectors import SECTORS, sector_of
 from riglens.core.sensing.rays import lattice, missing_ray_count
 from riglens.core.sensors.lens import distorted
 from tests.core.builders import camera, rig_of
@@ -281,3 +282,11 @@ def test_rays_that_a_lens_does_not_have_are_not_cast() -> None:
     )
     rows = lattice(wide).rows
     assert np.isfinite(rows).all() and 0 < missing_ray_count(wide) == wide.ray_count - len(rows)
+
+
+def test_a_tie_between_two_sectors_goes_to_the_left_one() -> None:
+    """Half a sector is 22.5 degrees: this double is its tangent."""
+    tangent = 0.41421356237309503
+    assert np.degrees(np.arctan2(tangent, 1.0)) == 22.5
+    x, y = np.array([1.0, 1.0, tangent, -tangent]), np.array([tangent, 0.9999 * tangent, 1.0, 1.0])
+    assert [SECTORS[place] for place in sector_of(x, y)] == ["front-left", "front", "left", "rear-left"]

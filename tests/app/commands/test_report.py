@@ -20,6 +20,7 @@ from pypdfium2 import PdfDocument
 from scipy.spatial import ConvexHull
 
 from riglens.app.commands import main
+from riglens.app.commands import report as report_command
 from riglens.app.terminal.loading import load_rig
 from riglens.core.errors import InputError
 from riglens.core.figures.registry import object_figures
@@ -874,3 +875,14 @@ def test_labels_of_plans_do_not_meet_and_pairs_that_are_one_in_a_plan_share_one(
             assert sorted(numbers) == list(range(1, len(spots) + 1))
     pair = labels(np.array([[10.0, 10.0], [80.0, 10.0], [10.0, 12.0]]))
     assert [label.text for label in pair] == ["1, 3", "2"]
+
+
+@pytest.mark.parametrize(
+    ("count", "rest"), [(report_command.SHOWN, ""), (report_command.SHOWN + 3, "and 3 more")]
+)
+def test_of_many_differences_the_first_are_named_and_the_others_counted(riglens, monkeypatch, count, rest):
+    lines = [f"line {number}" for number in range(count)]
+    monkeypatch.setattr(report_command, "verified", lambda *_: making.Verified(lines, None))
+    out = riglens("report", "--verify", "old.html").out
+    assert "line 19" in out and "line 20" not in out
+    assert rest in out and ("more" in out) == bool(rest)

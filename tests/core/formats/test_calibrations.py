@@ -179,3 +179,14 @@ def test_mmdet3d_leads_to_the_ego_frame_directly_or_through_the_lidar() -> None:
     )
     back = np.array(info["images"]["CAM_BACK"]["lidar2cam"], dtype=float)
     assert_same_pose(optical(found["CAM_BACK"]), lidar @ np.linalg.inv(back))
+
+
+def test_a_full_turn_of_airsim_is_one_wherever_it_begins() -> None:
+    settings = json.loads(AIRSIM["settings.json"])
+    """Its defaults end at 359 degrees."""
+    for start, end, first in ((0.0, 360.0, -180.0), (0.0, 359.0, -180.0), (0.0, 358.0, -358.0)):
+        for vehicle in settings["Vehicles"].values():
+            for sensor in vehicle.get("Sensors", {}).values():
+                sensor |= {"HorizontalFOVStart": start, "HorizontalFOVEnd": end}
+        (lidar,) = read_files({"settings.json": json.dumps(settings)}, options=AT_ORIGIN).rig.enabled_lidars()
+        assert lidar.azimuths()[0] == first

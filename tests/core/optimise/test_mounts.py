@@ -129,6 +129,16 @@ def test_painted_zones_and_named_ones_keep_candidates_out() -> None:
         candidates(Rig(), Additions((MODEL,), spots_m=0.5, rules=nowhere))
 
 
+def test_a_zone_on_either_side_keeps_a_pair_out() -> None:
+    asked = Additions((MODEL,), spots_m=0.5)
+    pair = next(one for one in candidates(Rig(), asked) if len(one.places_m) == 2)
+    left, right = (
+        {tuple(one.places_m[0]) for one in candidates(Rig(keep_out=((*place.tolist(), 0.5),)), asked)}
+        for place in pair.places_m
+    )
+    assert left == right and tuple(pair.places_m[0]) not in left
+
+
 def test_a_box_holds_places_in_the_air_outside_of_the_car() -> None:
     box = ((-0.4, 0.4), (-0.4, 0.4), (1.2, 2.0))
     asked = Additions((MODEL,), mirrored=False, spots_m=0.4, tilts_deg=(0.0,), box_m=box)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from riglens.core.blind.outline import Outline
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
 from riglens.core.review import mounts as mounts_module
@@ -15,6 +16,8 @@ from riglens.core.review.mounts import (
     KeepOut,
     MountLimits,
     Overhang,
+    is_in_zone,
+    is_kept_out,
     mounts_of,
     violations,
 )
@@ -153,6 +156,18 @@ def test_a_door_is_kept_clear_and_a_roof_is_not() -> None:
         "tail lamp",
         "number plate",
     }
+
+
+def test_the_edge_of_a_zone_belongs_to_it() -> None:
+    rig, outline = Rig(vehicle=SEDAN), Outline.of(SEDAN)
+    zone = KeepOut(name="rear half", boxes=(Box(x=(0.0, 0.5)),))
+    middle_m = (outline.front_m + outline.rear_m) / 2
+    places = (outline.rear_m, middle_m, outline.rear_m - 1e-9, middle_m + 1e-9)
+    assert [is_in_zone(zone, (x, 0.0, 1.0), frozenset(), rig, outline) for x in places] == [
+        True, True, False, False,
+    ]  # fmt: skip
+    painted = rig.replace(keep_out=((0.0, 0.0, 1.0, 0.5),))
+    assert [is_kept_out(painted, (x, 0.0, 1.0)) for x in (0.5, 0.5 + 1e-9)] == [True, False]
 
 
 def test_what_is_painted_keeps_out_by_the_place_on_the_skin_and_costs_no_hash_where_nothing_is() -> None:

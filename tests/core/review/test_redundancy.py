@@ -14,6 +14,7 @@ from riglens.core.review.redundancy import (
     COVERED,
     Coverage,
     coverage_of,
+    halves_of,
     lost_of,
     target_coverage,
     voxel_coverage,
@@ -219,3 +220,11 @@ def test_a_wrong_list_of_what_a_sensor_fails_with_is_refused(value: str) -> None
     )
     with pytest.raises(ValueError, match=r'4: camera "C": fails_with.* must'):
         loads(text)
+
+
+def test_halves_are_those_of_enabled_sensors() -> None:
+    rig = random_rig(np.random.default_rng(5), 3)
+    first, *others = rig.sensors
+    rig = rig.with_sensor(first.name, first.replace(enabled=False))
+    names = [f"{sensor.name}={half}" for sensor in others for half in HALVES]
+    assert [name for name, _ in halves_of(rig)] == names

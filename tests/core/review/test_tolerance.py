@@ -154,6 +154,17 @@ def test_sensors_of_a_bracket_move_together() -> None:
     assert moved.sensors[2] == rig.sensors[2] and not np.allclose(turns[3], turns[0])
 
 
+def test_a_bracket_turns_about_the_middle_of_what_it_carries() -> None:
+    rig = looking_down()
+    sensors = (*(s.replace(fails_with=("bar",)) for s in rig.sensors[:3]), rig.sensors[3])
+    rig = rig.replace(sensors=sensors)
+    profile = ToleranceProfile(name="b", source="t", bracket_angle_deg=2.0)
+    moved, _ = disturbed(rig, profile, np.ones(errors_count(rig)))
+    before, after = (np.array([s.position for s in r.sensors[:3]]) for r in (rig, moved))
+    np.testing.assert_allclose(after.mean(axis=0), before.mean(axis=0), atol=1e-12)
+    assert (np.linalg.norm(after - before, axis=1)[[0, 2]] > 1e-3).all()
+
+
 def test_a_pitching_car_takes_body_and_sensors_along_and_leaves_the_traffic() -> None:
     rng = np.random.default_rng(8)
     field, traffic = random_field(SMALL, rng), some_traffic(rng)

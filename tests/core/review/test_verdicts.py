@@ -247,3 +247,11 @@ def test_a_field_of_too_many_objects_is_refused() -> None:
             ),
             Outline(-2.0, 2.0, -1.0, 1.0),
         )
+
+
+def test_a_disabled_sensor_sees_no_object() -> None:
+    rig, (profile, *_) = random_rig(np.random.default_rng(5), 4), bundled_profiles()
+    off = rig.with_sensor("s1", rig.sensor("s1").replace(enabled=False))
+    (whole,), (some,) = verdicts(rig, [profile], "ignored"), verdicts(off, [profile], "ignored")
+    assert some == whole.without(["s1"]) != whole
+    assert all("s1" not in one.rays_by_sensor for one in some.objects)

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from riglens.core.errors import InputError
-from riglens.core.rig.edits import duplicated, free_name, list_text, with_enabled, without
+from riglens.core.rig.edits import duplicated, free_name, list_text, pasted, with_enabled, without
 from riglens.core.rig.model import MAX_SENSORS, Rig
 from riglens.core.rig.presets import preset
 
@@ -55,3 +55,12 @@ def test_a_name_that_is_taken_gets_the_next_number(taken: tuple[str, ...], name:
 def test_one_sensor_is_named_and_several_are_counted() -> None:
     assert list_text(("roof",)) == "roof"
     assert list_text(("roof", "front")) == "2 sensors"
+
+
+def test_a_rig_holds_as_many_sensors_as_its_limit_and_no_more() -> None:
+    one = preset("W+T").enabled_lidars()[0]
+    rig = Rig(sensors=tuple(one.replace(name=f"s{n}") for n in range(MAX_SENSORS - 1)))
+    full, _ = pasted(rig, [one], 0.1)
+    assert len(full.sensors) == MAX_SENSORS
+    with pytest.raises(InputError, match=f"at most {MAX_SENSORS}"):
+        pasted(full, [one], 0.1)

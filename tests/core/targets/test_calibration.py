@@ -235,3 +235,17 @@ def test_a_broken_file_is_one_line_with_its_place(
         read_calibration(path)
     assert names in str(caught.value) and "\n" not in str(caught.value)
     assert f"{path}:{line}:" in str(caught.value)
+
+
+def test_errors_of_sample_and_calibration_add_as_squares() -> None:
+    curves = NEAR.classes.model_copy(update={"bicycle": CAR})
+    settings = replace(USUAL, calibration=NEAR.model_copy(update={"classes": curves}))
+    found = TargetEngine(TRAFFIC, threads=1).evaluate(RIG, settings, 4)
+    rows = [parts(found)[name].total.predicted for name in CLASSES]
+    for row, curve in zip(rows, (CAR, CAR, PEDESTRIAN), strict=True):
+        assert row.sample_se > 0.0 and row.se == pytest.approx(math.hypot(row.sample_se, curve.error))
+    cells = PREDICTED.cells(found, found)
+    np.testing.assert_allclose(cells.se[1:, 0], [row.se for row in rows])
+    np.testing.assert_allclose(
+        replace(cells, change_se=cells.se).anchored(cells).se, math.sqrt(2.0) * cells.se
+    )

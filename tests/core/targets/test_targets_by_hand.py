@@ -17,6 +17,7 @@ from riglens.core.targets.contribution import Contribution, phases_rad
 from riglens.core.targets.counts import Counted
 from riglens.core.targets.draws import sensor_key
 from riglens.core.targets.engine import TargetEngine
+from riglens.core.targets.groups import standard_error
 from riglens.core.targets.range_law import anchors_of, law_of, range_for
 from riglens.core.targets.settings import EXACT, TargetSettings
 from riglens.core.targets.shapes import (
@@ -302,3 +303,11 @@ def test_where_ranges_come_from():
     assert anchors_of(lidar(range_m=(0.0, 90.0))) == ((0.8, 90.0),)
     assert anchors_of(lidar()) == () and law_of(lidar(), TargetSettings()).size == 0
     assert law_of(camera((0.0, 0.0, 1.0)), TargetSettings()).size == 0
+
+
+def test_errors_of_a_sample_are_those_of_a_ratio_over_frames() -> None:
+    misses = np.array([[1.0, 0.0], [-1.0, 0.5], [2.0, -0.5]])  # three of ten frames
+    by_hand = [math.sqrt(6.0 / 2 * 0.7 * 3) / 5, math.sqrt(0.5 / 2 * 0.7 * 3) / 4]
+    np.testing.assert_allclose(standard_error(misses, [5, 4], 10), by_hand, rtol=1e-15)
+    assert standard_error(misses, [5, 4], 3).tolist() == [0.0, 0.0]
+    assert standard_error(misses[:1], [5, 4], 10).tolist() == [0.0, 0.0], "one frame says nothing"

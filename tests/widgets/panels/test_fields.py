@@ -226,3 +226,17 @@ def test_a_text_that_is_cut_off_says_so_at_the_side_where_it_goes_on(qtbot: QtBo
     assert edit.cut_at == Qt.AlignmentFlag.AlignLeft
     edit.set_value("short")
     assert edit.cut_at is None
+
+
+def test_a_field_of_several_values_shows_their_span_and_changes_each(field: Field) -> None:
+    found: list[Any] = []
+    field.edit.edited.disconnect()
+    field.edit.edited.connect(found.append)
+    field.edit.set_mixed((2.0, None, -1.0, 0.5))
+    assert field.edit.text() == "" and "-1 to 2 m" in field.edit.toolTip().replace("−", "-")
+    for typed in ("+=0.5", "-=1", "3"):
+        field.type(typed)
+    field.type("+5")
+    assert "ambiguous" in field.edit.toolTip()
+    plus, minus, all_of_them = found
+    assert (plus.of(2.0), minus.of(-0.5), all_of_them) == (2.5, -1.5, 3.0)
