@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
 _UNSEEN = re.compile(
     r"[\x00-\x1f\x7f-\x9f\xad\u061c\u180e\u200b\u200e\u200f\u2028-\u202e\u2060-\u206f\ud800-\udfff\ufeff\ufff9-\ufffb\ufffe\uffff]"
@@ -26,6 +27,22 @@ def remark_text(text: str) -> str:
 def visible_lines(text: str) -> str:
     """Return the text as `visible` does, but with its line ends."""
     return "\n".join(map(visible, text.split("\n")))
+
+
+def counted(count: int, noun: str) -> str:
+    """Return a count with its noun, in the plural unless it is 1."""
+    return f"{count:,} {noun}" + "s" * (count != 1)
+
+
+def numbered(names: Sequence[str]) -> tuple[str, ...]:
+    """Return names that differ: of equal ones each with its number among them, in parentheses."""
+    found = list[str]()
+    for place, name in enumerate(names):
+        number, unique = names[:place].count(name) + 1, name
+        while names.count(name) > 1 and (unique == name or unique in names or unique in found):
+            unique, number = f"{name} ({number})", number + 1
+        found.append(unique)
+    return tuple(found)
 
 
 def spreadsheet_cell(value: object) -> object:

@@ -16,7 +16,7 @@ from riglens.core.review.documents import mounts_review_document, tolerance_docu
 from riglens.core.review.measures import Measures
 from riglens.core.review.mounts import USUAL_LIMITS, mounts_of, violations
 from riglens.core.review.profiles import profiles_in
-from riglens.core.review.tolerance import profile_called
+from riglens.core.review.tolerance import SAMPLE_FRAMES, profile_called
 from riglens.core.review.tolerance import tolerance as tolerance_of
 from riglens.core.rig.edits import damaged as damaged_rig
 from riglens.core.rig.model import Rig, Sensor
@@ -149,7 +149,7 @@ def tolerance(
     errors: str = "assembly",
     draws: int = 256,
     seed: int = 0,
-    sample: int = 100,
+    sample: int = SAMPLE_FRAMES,
     sensitivities: bool = True,
     method: Method = "exact",
     body: Body | None = None,
@@ -232,14 +232,15 @@ def check(
 
     several = with_blocking_meshes(rigs, ScoreOptions().solid(), mesh_folder)
     asked = CheckInputs.of(Path(requirements), tuple(Path(one) for one in profiles), several)
-    score = ScoreOptions(threads=threads, body=body).as_required(asked.required.body, asked.file)
+    score = ScoreOptions(threads=threads, body=body).as_required(asked.required.settings.body, asked.file)
     if scene is None and asked.required.needs_scene:
-        scene = load_scene()
+        grid = asked.required.settings
+        scene = load_scene(voxel_m=grid.voxel_m, roi_m=grid.roi_m)
     if traffic is None and asked.required.needs_objects:
         traffic = load_traffic()
     needed = CheckData(None if scene is None else scene.field, traffic)
     found = checked(several, score, needed, asked, Warnings())
-    return CheckResult(found.document(), {one.rig.name: one.verdicts for one in found.checks})
+    return CheckResult(found.document(), {one.title: one.verdicts for one in found.checks})
 
 
 PARTS = ("blind", "range", "redundancy", "tolerance", "audit", "mounts", "footprint")
@@ -256,7 +257,7 @@ def review(
     errors: str = "assembly",
     draws: int = 256,
     seed: int = 0,
-    sample: int = 100,
+    sample: int = SAMPLE_FRAMES,
     damaged: Sequence[str] = (),
     halves: bool = False,
     method: Method = "exact",

@@ -257,7 +257,7 @@ sensors:
   - {name: off, kind: camera, position: [1, 0, 1.5], hfov_deg: 40, enabled: false}
 """
 NEED = """riglens_requirements: 1
-blind_voxel_m: 0.25
+settings: {blind_voxel_m: 0.25, voxel_m: 0.25}
 seen: [{class: car, at_least: LOW}, {class: pedestrian, by: lidar, at_least: LOW}]
 on_target: [{class: car, at_least: LOW}, {class: pedestrian, ring_m: [0, 20], figure: share_5, at_least: LOW}]
 blind_areas: [{height_m: 1.15, at_most_m2: HIGH}, {height_m: 0.3, sector: rear, within_m: 5, at_most_m2: HIGH}]
@@ -318,7 +318,7 @@ def write_inputs(folder: Path) -> None:
         "riglens_requirements: 1\nblind_objects: [{profile: bollard, at_most_unseen: 0}]\nmounts: {gap_m: 0.5}\n"
     )
     files["own.yaml"] = (
-        "riglens_requirements: 1\n"
+        "riglens_requirements: 1\nsettings: {voxel_m: 0.25}\n"
         "losses: [{of: voxels, class: car, failure: group, name: left bracket, at_most: 0.3}]\n"
         "tolerance: [{profile: line 3, class: car, limit: 0.1, draws: 8, at_most: 0.05}]\n"
         "tolerance_profiles: [{name: line 3, source: measured, position_mm: 2, angle_deg: 0.05}]\n"

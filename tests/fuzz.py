@@ -264,7 +264,7 @@ def _caches(folder: Path) -> Iterator[Target]:
 
 
 REQUIRED = """riglens_requirements: 1
-body: blocks
+settings: {body: blocks, voxel_m: 0.5, roi_m: [60, 40, 4], frames: 3, seed: 1}
 seen: [{class: car, by: any, at_least: 0.5, id: R1, waived: {reason: later, until: 2027-05-31}}]
 on_target: [{class: pedestrian, ring_m: [0, 20], figure: share_5, at_least: 0.9}]
 blind_areas: [{height_m: 0.8, sector: rear, within_m: 5, under: own, at_most_m2: 1.0}]

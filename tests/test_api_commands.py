@@ -20,11 +20,12 @@ from tests.core.simulate import carla_stand_in
 from tests.test_api import BOXES, ROI_M
 
 GRID = ["--voxel", "0.5", "--roi", *map(str, ROI_M)]
-REQUIREMENTS = """riglens_requirements: 1
+REQUIREMENTS = f"""riglens_requirements: 1
+settings: {{voxel_m: 0.5, roi_m: {list(ROI_M)}}}
 seen:
-  - {class: car, at_least: 0.1}
+  - {{class: car, at_least: 0.1}}
 on_target:
-  - {class: car, at_least: 0.99}
+  - {{class: car, at_least: 0.99}}
 mounts:
   gap_m: 0.1
 """

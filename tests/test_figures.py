@@ -188,6 +188,9 @@ def test_a_sweep_has_its_column_with_the_direction(evaluator: Evaluator) -> None
     assert better_of("car.unseen") == "less" and better_of("car.made_up_se") == "neither"
 
 
+GRID = "settings: {voxel_m: 0.5, roi_m: [20, 20, 4]}\n"
+
+
 @pytest.mark.parametrize(
     ("limit", "status"),
     [
@@ -198,7 +201,7 @@ def test_a_sweep_has_its_column_with_the_direction(evaluator: Evaluator) -> None
     ],
 )
 def test_a_file_of_requirements_can_limit_it(evaluator: Evaluator, limit: str, status: str) -> None:
-    asked = requirements_in(f"riglens_requirements: 1\nfigures:\n- {limit}\n", "limits.yaml")
+    asked = requirements_in(f"riglens_requirements: 1\n{GRID}figures:\n- {limit}\n", "limits.yaml")
     subject = Subject(RIG, "ignored", evaluator.field, evaluator.traffic, (), 1)
     (verdict,) = Check(subject, asked).verdicts()
     assert verdict.status == status and "car" in verdict.text

@@ -6,10 +6,7 @@ from collections.abc import Callable
 
 from riglens.app.background.background_requests import ToleranceProgress, ToleranceRequest
 from riglens.core.review.measures import Measures
-from riglens.core.review.tolerance import ToleranceRun
-
-FRAMES = 100
-"""Number of frames in which objects are counted, the default of `riglens review`."""
+from riglens.core.review.tolerance import SAMPLE_FRAMES, ToleranceRun
 
 
 class Tolerating:
@@ -42,7 +39,7 @@ class Tolerating:
         self._request = request
         self._run = ToleranceRun(request.rig, request.profile, request.draws)
         self._measures = Measures(
-            request.scene.field, request.traffic, request.settings, FRAMES, self._threads,
+            request.scene.field, request.traffic, request.settings, SAMPLE_FRAMES, self._threads,
             request.targets, request.rig,
         )  # fmt: skip
 

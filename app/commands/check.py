@@ -23,7 +23,7 @@ from riglens.core.review.check_junit import RigCheck, junit_xml
 from riglens.core.review.findings import Status, Verdict
 from riglens.core.review.requirements import Requirements
 from riglens.core.rig.yaml.checked import line_of
-from riglens.core.shown_text import visible
+from riglens.core.shown_text import counted, visible
 from riglens.evaluation.loading import note_mounts
 from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.jobs.checking import Checked, CheckInputs, checked, scene_for
@@ -75,9 +75,9 @@ def check(
     loaded = load_rigs(rigs, score.solid(), reading.libraries, reading.housings)
     asked = CheckInputs.of(requirements, profiles, loaded)
     required = asked.required
-    score = score.as_required(required.body, requirements)
+    score = score.as_required(required.settings.body, requirements)
     require_outputs((*rigs, requirements, *profiles, *scene.files), json, junit)
-    traffic = scene_for(scene, loaded, score, required, TERMINAL)
+    traffic = scene_for(scene, loaded, score, asked, TERMINAL)
     if required.mounts is None:  # which has verdicts on them
         note_mounts(loaded, TERMINAL)
     found = checked(loaded, score, traffic, asked, TERMINAL)
@@ -91,14 +91,8 @@ def check(
 
 
 def _write_junit(path: Path, found: Checked) -> None:
-    source, asked = found.sources[0], found.asked
-    properties = {
-        "version": source["version"],
-        "requirements sha256": source["requirements"]["sha256"],
-        "data sha256": (source["data"] or {}).get("sha256", ""),
-        "seed": str(asked.required.seed),
-    }
-    write_file(path, junit_xml(found.checks, str(asked.file), _lines(asked), properties, asked.day))
+    asked = found.asked
+    write_file(path, junit_xml(found.checks, str(asked.file), _lines(asked), asked.day))
 
 
 def _lines(asked: CheckInputs) -> dict[str, int]:
@@ -110,8 +104,10 @@ def _print(checks: Sequence[RigCheck], required: Requirements, day: date) -> Non
     console = results()
     for check in checks:
         unmet, waived = len(check.unmet(day)), sum(one.is_waived_on(day) for one in check.verdicts)
-        counts = f"{len(check.verdicts)} requirements, {unmet} not met" + f", {waived} waived" * bool(waived)
-        console.print(Text(f"{visible(check.rig.name)}: {counts}; body {check.body}"))
+        counts = f"{counted(len(check.verdicts), 'requirement')}, {unmet} not met"
+        counts += f", {waived} waived" * bool(waived)
+        console.print(Text(f"{visible(check.title)}: {counts}; body {check.body}"))
+        console.print(Text(check.settings_text), style="dim", soft_wrap=True)
         console.print(_table(check.verdicts, day))
     if required.losses or required.covered:
         console.print("Redundancy is a count of views, not evidence of a safety integrity level (ASIL).")
@@ -151,9 +147,9 @@ def _github_lines(checks: Sequence[RigCheck], asked: CheckInputs) -> Iterator[st
             if verdict.holds_on(day) and not verdict.is_waived_on(day):
                 continue
             level = "warning" if verdict.is_waived_on(day) else "error"
-            title = f"{check.rig.name}: {verdict.item.id} {verdict.status}"
+            title = f"{check.title}: {verdict.item.id} {verdict.status}"
             said = f"{verdict.text}: {verdict.found_text}, {verdict.accepted_text}"
-            message = "\n".join(visible(line) for line in (said, *verdict.lines(day)))
+            message = "\n".join(visible(line) for line in (said, *verdict.lines(day), check.settings_text))
             place = (
                 f"file={_property(str(asked.file))},line={lines[verdict.item.id]},title={_property(title)}"
             )

@@ -118,6 +118,9 @@ def _print_verified(found: Verified) -> int:
         console.print(f"and {len(lines) - SHOWN} more", soft_wrap=True)
     if found.place is None:
         console.print("every figure is the same, and so is what the file says", soft_wrap=True)
+        if found.given:
+            given = f"taken as given, for no data confirm it: {'; '.join(found.given)}"
+            console.print(visible(given), soft_wrap=True, markup=False)
         return 0
     figures = "" if lines else "every attached figure is the same, but their presentation "
     console.print(visible(f"{figures}differs, first at {found.place}"), soft_wrap=True, markup=False)

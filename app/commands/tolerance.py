@@ -20,6 +20,7 @@ from riglens.core.metric.entropy import EntropyField
 from riglens.core.review.documents import tolerance_document
 from riglens.core.review.measures import Measures, measured_name
 from riglens.core.review.tolerance import (
+    SAMPLE_FRAMES,
     Sensitivity,
     ToleranceProfile,
     ToleranceResult,
@@ -51,7 +52,7 @@ class ToleranceArguments:
     """Number of draws, which take most of the time; the sequence is balanced in powers of two."""
     seed: Annotated[int, number(DRAWING)] = 0
     """Seed of the draws; the same seed gives the same errors to rigs with the same sensors."""
-    sample: Annotated[int, number(DRAWING)] = 100
+    sample: Annotated[int, number(DRAWING)] = SAMPLE_FRAMES
     """Number of frames in which objects are counted for the tolerance; 0 for none."""
     sensitivities: Annotated[bool, Parameter(group=DRAWING, negative="--no-sensitivities")] = True
     """Also report the effect of each error on its own."""

@@ -32,7 +32,7 @@ def evaluation_document(
             "informative_voxels": int(field.index.count),
         },
         "data": {
-            "source": data.source,
+            "source": data.short_source,
             "frames": data.frames,
             "boxes": {name: data.boxes.get(name, 0) for name in CLASSES},
             "sha256": data.sha256,

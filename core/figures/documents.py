@@ -78,7 +78,7 @@ def objects_document(counted: Sequence[Counted]) -> dict[str, Any]:
         "within_m": traffic.within_m,
         "surroundings": "block" if traffic.surroundings_sha256 else "ignored",
         "data": {
-            "source": data.source,
+            "source": data.short_source,
             "frames": data.frames,
             "frames_used": first.frames_used,
             "objects": {name: int(number) for name, number in zip(CLASSES, objects, strict=True)},

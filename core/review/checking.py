@@ -52,6 +52,7 @@ from riglens.core.review.verdicts import ObjectVisibility, ProfileVerdict
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES, Progress
 from riglens.core.scene.sectors import SECTORS
+from riglens.core.shown_text import counted
 from riglens.core.targets.counts import Counted
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import Traffic
@@ -110,6 +111,7 @@ class Check:
     def __init__(self, subject: Subject, asked: Requirements) -> None:
         for place, message in asked.problems([subject.rig], subject.profiles):
             raise InputError(f"{' '.join(str(part) for part in place)}: {message}")
+        asked.settings.require(subject.field, subject.traffic)
         self._subject, self._asked = subject, asked
         self._drawn: dict[str, Draws[Figures]] = {}
         self._drawn_around: dict[str, Draws[dict[str, Finding]]] = {}
@@ -130,7 +132,8 @@ class Check:
             return Finding(None, details=(line,), is_impossible=True)
         lack = self._lacking(one.kinds)
         if lack is not None:
-            return missing(lack)
+            is_blind = not any(sensor.enabled for sensor in self._subject.rig.sensors)
+            return Finding(None, details=(lack,), is_impossible=is_blind)
         makers: dict[type[Requirement], Callable[[Any], Finding]] = {
             Seen: self._seen,
             FigureLimit: self._figure,
@@ -157,7 +160,7 @@ class Check:
     def _below_ground(self) -> tuple[str, ...]:
         """Return the sensors below the ground, where none can be: whatever they see proves nothing."""
         mounts = mounts_of(self._subject.rig, ())
-        return tuple(mount.name for mount in mounts if mount.status.below_ground)
+        return tuple(mount.name for mount in mounts if mount.is_below_ground)
 
     # ------------------------------------------------------------ what figures are made from
     @property
@@ -178,7 +181,7 @@ class Check:
     @cached_property
     def _evaluate(self) -> Evaluator:
         subject, asked = self._subject, self._asked
-        how = TargetSettings(min_points=asked.min_points, body=subject.body)
+        how = TargetSettings(min_points=asked.settings.min_points, body=subject.body)
         settings = EvaluationSettings(self._settings, how, asked.blind_settings)
         return Evaluator(subject.field, subject.traffic, settings, subject.threads)
 
@@ -304,7 +307,13 @@ class Check:
         draws = self._drawn_around.setdefault(one.under, around)
         drawn = [found[_key(one)] for found in draws.first(one.draws)]
         place, worst = max(enumerate(drawn), key=lambda case: _value(case[1]))
-        return replace(worst, details=(f"draw {place}", *worst.details))
+        most = chance_bounds(0, one.draws)[1]
+        details = (f"draw {place}", *worst.details)
+        if most <= one.chance_at_most or _value(worst) > one.accepted:
+            return replace(worst, details=details)
+        few = f"{counted(one.draws, 'draw')} within the limit: up to {100.0 * most:.1f} % may exceed it, with 95 %"
+        few += f" confidence; more draws must show at most {100.0 * one.chance_at_most:g} %"
+        return replace(worst, details=(few, *details), is_shown=False)
 
     def _findings_around(self, profile: str, rig: Rig, stance: Pose) -> dict[str, Finding]:
         """Return the figures required under a profile of errors, of a rig with such errors."""
@@ -349,8 +358,9 @@ class Check:
         total, detected = int(coverage.total[rows, cls].sum()), int(coverage.covered[rows, 0, cls].sum())
         if not total:
             return missing(f"there is nothing of {one.cls} there")
-        if not detected:
-            return missing(f"the rig detects nothing of {one.cls} there")
+        if not detected or detected < one.least_detected * total:
+            little = f"{100.0 * detected / total:.2f} %" if detected else "nothing"
+            return missing(f"the rig detects {little} of {one.cls} there, too little to lose")
         named = [f for f in coverage.failures if f.what == one.failure and one.name in (None, f.name)]
         if not named:
             return self._none_failing(one.failure)
@@ -364,15 +374,15 @@ class Check:
 
     # ------------------------------------------------------------ tolerance
     def _draws(self, profile: str, measure: Callable[[Rig, Pose], T]) -> Draws[T]:
-        return Draws(self._subject.rig, self._asked.errors[profile], self._asked.seed, measure)
+        return Draws(self._subject.rig, self._asked.errors[profile], self._asked.settings.seed, measure)
 
     @cached_property
     def _measures(self) -> Measures:
         subject, asked = self._subject, self._asked
         users = subject.traffic if any(one.of.needs == "objects" for one in asked.tolerance) else None
         return Measures(
-            self._field, users, self._settings, asked.sample_frames, subject.threads,
-            TargetSettings(min_points=asked.min_points), subject.rig,
+            self._field, users, self._settings, asked.settings.sample_frames, subject.threads,
+            TargetSettings(min_points=asked.settings.min_points), subject.rig,
         )  # fmt: skip
 
     def _chance(self, one: Tolerated) -> Finding:
@@ -404,7 +414,7 @@ class Check:
 
     def _no_objects(self, one: Tolerated) -> str | None:
         traffic = self._traffic
-        boxes = slice(0, int(traffic.starts[min(self._asked.sample_frames, traffic.frames)]))
+        boxes = slice(0, int(traffic.starts[min(self._asked.settings.sample_frames, traffic.frames)]))
         is_there = traffic.counts[boxes] & (traffic.cls[boxes] == CLASSES.index(one.cls))
         return None if is_there.any() else f"there is no {one.cls} in the frames that are sampled"
 

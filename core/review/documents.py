@@ -11,7 +11,7 @@ import numpy as np
 
 from riglens.core.blind.zones import HEIGHTS_M, BlindMap, By, Hole, share_seen
 from riglens.core.geometry import Pose
-from riglens.core.metric.entropy import nats
+from riglens.core.metric.entropy import EntropyField, nats
 from riglens.core.metric.scores import Body
 from riglens.core.plain import to_plain
 from riglens.core.review.findings import Verdict
@@ -19,6 +19,7 @@ from riglens.core.review.measures import Measures
 from riglens.core.review.mounts import USUAL_LIMITS, Mount, Violation, mounts_of, violations
 from riglens.core.review.profiles import ONLY_GEOMETRY
 from riglens.core.review.redundancy import COVERED, Coverage, Failure, What, lost_share, share
+from riglens.core.review.requirements import Settings, size_text
 from riglens.core.review.tolerance import ToleranceResult, rig_of_draw
 from riglens.core.review.verdicts import ObjectVerdict, ProfileVerdict
 from riglens.core.rig.model import FORMAT_VERSION, Rig
@@ -26,6 +27,8 @@ from riglens.core.rig.yaml.file import identity_of
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.sectors import SECTORS
 from riglens.core.sensors.registry import shown_kinds
+from riglens.core.shown_text import counted
+from riglens.core.targets.traffic import Traffic
 
 SPREAD = ("nominal", "median", "p05", "p95", "worst", "worst_draw")
 
@@ -99,6 +102,34 @@ def _object(one: ObjectVerdict) -> dict[str, Any]:
     }
 
 
+def settings_document(
+    settings: Settings, field: EntropyField | None, traffic: Traffic | None
+) -> dict[str, Any]:
+    """Return what verdicts on a rig depend on besides the rig: data, grid and settings; null: nothing needs it."""
+    data = traffic.data if field is None and traffic is not None else None if field is None else field.data
+    return {
+        "data": None
+        if data is None
+        else {"source": data.short_source, "sha256": data.sha256, "frames": data.frames},
+        "voxel_m": None if field is None else field.grid.voxel_m,
+        "roi_m": None if field is None else list(field.grid.roi_m),
+        **to_plain(settings, "min_points", "blind_voxel_m", "blind_width_m", "seed", "sample_frames"),
+    }
+
+
+def settings_text(settings: Mapping[str, Any]) -> str:
+    """Return the settings of verdicts in one line."""
+    parts, data = [], settings["data"]
+    if settings["voxel_m"] is not None:
+        parts.append(f"voxels of {size_text(settings['voxel_m'])} in {size_text(settings['roi_m'])}")
+    if data is not None:
+        digest = f"SHA-256 {data['sha256'][:12] or 'unknown'}"
+        parts.append(f"data {data['source']}, {data['frames']:,} frames, {digest}")
+    parts.append(f"columns of the ground of {size_text(settings['blind_voxel_m'])}")
+    parts.append(f"at least {counted(settings['min_points'], 'point')}; seed {settings['seed']}")
+    return "; ".join(parts)
+
+
 def check_document(
     rig: Rig,
     body: Body,
@@ -108,7 +139,8 @@ def check_document(
 ) -> dict[str, Any]:
     """Return every verdict, and whether all requirements are met; waivers count on a given day, and not without one.
 
-    sources: what the verdicts depend on besides the rig."""
+    sources: what the verdicts depend on besides the rig.
+    """
     return {
         "riglens": FORMAT_VERSION,
         "body": body,

@@ -18,7 +18,8 @@ class Finding:
     """Figure that a requirement limits; None if rig or scene lack its subject.
 
     `text` says which figure where that is known only now; bounds: of a figure that is an estimate; details: lines
-    that explain the figure; is_impossible: no such rig can be built, and no permission to be missing counts.
+    that explain the figure; is_impossible: no such rig can be built, and no permission to be missing counts; is_shown:
+    whether enough was tried to say that it is within its limit.
     """
 
     value: float | None
@@ -26,6 +27,7 @@ class Finding:
     bounds: tuple[float, float] | None = None
     details: tuple[str, ...] = ()
     is_impossible: bool = False
+    is_shown: bool = True
 
 
 def missing(reason: str) -> Finding:
@@ -55,7 +57,7 @@ class Verdict:
         if one.relation == "at least":
             low, high = -high, -low
         limit = one.accepted if one.relation == "at most" else -one.accepted
-        if high <= limit:
+        if high <= limit and self.finding.is_shown:
             return "met"
         return "not met" if low > limit else "not shown"
 
@@ -103,6 +105,8 @@ class Verdict:
             return ()
         if self.passes:
             return ("the waiver is not needed",)
+        if day is not None and waiver.is_too_long_on(day):
+            return (f"the waiver ends more than two years ahead, on {waiver.until}, and does not count",)
         if day is not None and not waiver.holds_on(day):
             return (f"the waiver expired on {waiver.until}: {waiver.reason}",)
         return (f"waived until {waiver.until}: {waiver.reason}",)

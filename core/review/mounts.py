@@ -114,7 +114,8 @@ USUAL_LIMITS = MountLimits(gap_m=0.1)
 @dataclass(frozen=True)
 class Mount:
     """Mount of a sensor: height over the ground and over the skin, its nearest neighbour, the overhang of its housing
-    by SIDES (below 0: none), the material under it, and the keep-out zones that it is in."""
+    by SIDES (below 0: none), the material under it, the keep-out zones that it is in, and the lowest point of its
+    housing over the ground."""
 
     name: str
     height_m: float
@@ -124,6 +125,12 @@ class Mount:
     beyond_m: dict[str, float]
     materials: frozenset[str]
     zones: tuple[str, ...]
+    lowest_m: float
+
+    @property
+    def is_below_ground(self) -> bool:
+        """Return whether any of its housing is in the road."""
+        return self.status.below_ground or self.lowest_m < 0.0
 
 
 @dataclass(frozen=True)
@@ -164,6 +171,7 @@ def mounts_of(rig: Rig, keep_out: tuple[KeepOut, ...] = USUAL_KEEP_OUT) -> tuple
                 beyond,
                 materials,
                 zones,
+                float(housing_corners_m(sensor)[:, 2].min()),
             )
         )
     return tuple(found)
@@ -228,6 +236,8 @@ def _complaints(mount: Mount, limits: MountLimits) -> list[str]:
         lines.append(f"height over the ground must be {low:g} to {high:g} m (is {mount.height_m:.3f} m)")
     if mount.status.inside or mount.status.below_ground:
         lines.append(mount.status.problem)
+    elif mount.is_below_ground:
+        lines.append(f"housing is {-mount.lowest_m:.3f} m below the ground")
     elif limits.gap_m is not None and mount.status.gap_m > limits.gap_m:
         lines.append(
             f"height over the skin must be at most {limits.gap_m:g} m (is {mount.status.gap_m:.3f} m)"

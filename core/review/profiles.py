@@ -195,7 +195,18 @@ def targets_of(profile: Profile, outline: Outline) -> tuple[Target, ...]:
 
 
 def read_profiles(path: str | os.PathLike[str]) -> tuple[Profile, ...]:
-    """Read a file of profiles; InputError with file, line and field when one is wrong."""
+    """Read a file of profiles; InputError with file, line and field when one is wrong, or has the name of a bundled
+    profile and differs from it: verdicts name their profile."""
+    found, bundled = _read(path), {one.name: one for one in bundled_profiles()}
+    for one in found:
+        if bundled.get(one.name, one) != one:
+            raise InputError(
+                f"{path}: profile '{one.name}' differs from the bundled one of that name: rename it"
+            )
+    return found
+
+
+def _read(path: str | os.PathLike[str]) -> tuple[Profile, ...]:
     return read_checked(
         path, Profiles, "a file of blind zone profiles, which starts with riglens_profiles: 1"
     ).profiles
@@ -204,7 +215,7 @@ def read_profiles(path: str | os.PathLike[str]) -> tuple[Profile, ...]:
 @cache
 def bundled_profiles() -> tuple[Profile, ...]:
     """Return the profiles that ship with the program."""
-    return read_profiles(asset_path("review/blind.yaml"))
+    return _read(asset_path("review/blind.yaml"))
 
 
 def profiles_in(files: Sequence[Path]) -> tuple[Profile, ...]:

@@ -9,9 +9,12 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Literal, Self
 
+import numpy as np
 from pydantic import Field, model_validator
 
 from riglens.core.blind.zones import BlindSettings
+from riglens.core.errors import InputError
+from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Body
 from riglens.core.plain import Frozen
 from riglens.core.review.profiles import Profile
@@ -30,10 +33,12 @@ from riglens.core.review.sections import (
     Tolerated,
     WorstCase,
 )
-from riglens.core.review.tolerance import PROFILES, ToleranceProfile
+from riglens.core.review.tolerance import PROFILES, SAMPLE_FRAMES, ToleranceProfile
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.checked import Problem, checked
 from riglens.core.rig.yaml.nodes import read_text, shortened, shown_path
+from riglens.core.scene.grid import DEFAULT_ROI_M, DEFAULT_VOXEL_M
+from riglens.core.targets.traffic import Traffic
 
 
 @dataclass(frozen=True)
@@ -50,6 +55,7 @@ class Item:
         return str(self.place[0])
 
 
+Side = Annotated[float, Field(allow_inf_nan=False, gt=0.0, le=1000.0)]
 MOST = 500
 ACCEPTED = "a file of requirements, which starts with riglens_requirements: 1"
 SECTIONS = (
@@ -65,17 +71,52 @@ SECTIONS = (
 )
 
 
-class Requirements(Frozen):
-    """A file of requirements. `body`, `min_points`, `width_m`, `voxel_m` of blind zones and `seed` say how figures are
-    made; `tolerance_profiles` are errors of one's own."""
+class Settings(Frozen):
+    """Settings in which requirements hold: verdicts depend on them, so that nothing else may set them.
 
-    riglens_requirements: Literal[1]
+    voxel_m, roi_m: of the grid; boxes_sha256, frames: of the data, any where they are not given; body: of figures of
+    traffic, as each rig says where it is not given; sample_frames: in which tolerances count objects.
+    """
+
+    voxel_m: Annotated[float, Field(gt=0.0, le=10.0)] = DEFAULT_VOXEL_M
+    roi_m: tuple[Side, Side, Side] = DEFAULT_ROI_M
+    boxes_sha256: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")] | None = None
+    frames: Annotated[int, Field(ge=1)] | None = None
     body: Body | None = None
     min_points: Annotated[int, Field(ge=1, le=10_000)] = 5
     blind_voxel_m: Annotated[float, Field(ge=0.02, le=1.0)] = 0.1
     blind_width_m: Annotated[float, Field(ge=0.0, le=5.0)] = 0.3
     seed: Annotated[int, Field(ge=0, lt=1 << 63)] = 0
-    sample_frames: Annotated[int, Field(ge=1)] = 100
+    sample_frames: Annotated[int, Field(ge=1)] = SAMPLE_FRAMES
+
+    def require(self, field: EntropyField | None, traffic: Traffic | None) -> None:
+        """Raise InputError unless a scene and its objects are those of the requirements."""
+        if field is not None:
+            pinned = (("voxel_m", self.voxel_m, field.grid.voxel_m), ("roi_m", self.roi_m, field.grid.roi_m))
+            for name, wanted, found in pinned:
+                if not np.allclose(wanted, found, rtol=1e-12, atol=0.0):
+                    raise InputError(
+                        f"must be {size_text(wanted)}, as required (got {size_text(found)})", name
+                    )
+        for data in (field and field.data, traffic and traffic.data):
+            if data is not None and self.boxes_sha256 not in (None, data.sha256):
+                said = f"have SHA-256 {self.boxes_sha256}, as required (got {data.sha256 or 'none'})"
+                raise InputError(f"must {said}", "boxes")
+            if data is not None and self.frames not in (None, data.frames):
+                raise InputError(f"must be {self.frames}, as required (got {data.frames})", "frames")
+
+
+def size_text(size_m: float | Sequence[float]) -> str:
+    """Return a length, or those of a region, with their unit."""
+    lengths = size_m if isinstance(size_m, Sequence) else (size_m,)
+    return " × ".join(f"{length:g}" for length in lengths) + " m"
+
+
+class Requirements(Frozen):
+    """A file of requirements: `settings` say how figures are made; `tolerance_profiles` are errors of one's own."""
+
+    riglens_requirements: Literal[1]
+    settings: Settings = Settings()
     figures: Annotated[tuple[FigureLimit, ...], Field(max_length=MOST)] = ()
     seen: Annotated[tuple[Seen, ...], Field(max_length=MOST)] = ()
     predicted_detection: Annotated[tuple[PredictedDetection, ...], Field(max_length=MOST)] = ()
@@ -123,7 +164,7 @@ class Requirements(Frozen):
     @property
     def blind_settings(self) -> BlindSettings:
         """Return the settings of the blind-zone search."""
-        return BlindSettings(self.blind_voxel_m, self.blind_width_m)
+        return BlindSettings(self.settings.blind_voxel_m, self.settings.blind_width_m)
 
     def items(self) -> tuple[Item, ...]:
         """Return every requirement in the order of the sections. A missing id is derived from the requirement's

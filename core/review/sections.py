@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from datetime import date
+from datetime import date, timedelta
 from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
@@ -29,7 +29,15 @@ Sector = Literal["front", "front-left", "left", "rear-left", "rear", "rear-right
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 Metres = Annotated[float, Field(allow_inf_nan=False, ge=0.0, le=1000.0)]
 Area = Annotated[float, Field(allow_inf_nan=False, ge=0.0, le=1e6)]
-Words = Annotated[str, Field(min_length=1, max_length=500)]
+
+
+def _not_blank(text: str) -> str:
+    if not text.strip():
+        raise ValueError("must not be blank")
+    return text
+
+
+Words = Annotated[str, Field(min_length=1, max_length=500), AfterValidator(_not_blank)]
 Id = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,99}$")]
 MOST_RAISED = 1024
 """Draws up to which a chance is measured by default: the upper bound of none is 0.3 % then."""
@@ -47,6 +55,10 @@ def _day(value: object) -> object:
         raise ValueError("must be a date such as 2027-03-31") from None
 
 
+LONGEST = timedelta(days=731)
+"""How far ahead a waiver may end to count: two years, our choice."""
+
+
 class Waiver(Frozen):
     """Leave to miss a requirement up to and including a day, with the reason."""
 
@@ -54,8 +66,12 @@ class Waiver(Frozen):
     until: Annotated[date, BeforeValidator(_day)]
 
     def holds_on(self, day: date) -> bool:
-        """Return whether the waiver is still valid on a day."""
-        return day <= self.until
+        """Return whether the waiver is valid on a day: neither over nor longer than any may be."""
+        return day <= self.until and not self.is_too_long_on(day)
+
+    def is_too_long_on(self, day: date) -> bool:
+        """Return whether it ends too far ahead."""
+        return self.until > day + LONGEST
 
 
 class Requirement(Frozen):
@@ -104,7 +120,16 @@ class Requirement(Frozen):
         return self.model_dump(exclude_defaults=True, exclude=_NOT_SCOPE)
 
 
-_NOT_SCOPE = {*Requirement.model_fields, *_LIMITS, "limit", "draws", "max_draws", "title"}
+_NOT_SCOPE = {
+    *Requirement.model_fields,
+    *_LIMITS,
+    "limit",
+    "draws",
+    "max_draws",
+    "chance_at_most",
+    "title",
+    "least_detected",
+}
 
 
 class Seen(Requirement):
@@ -215,11 +240,16 @@ STATE: dict[What, str] = {"sensor": "failed", "pair": "failed", "group": "failed
 
 class WorstCase(Requirement):
     """A figure of the rig as designed; with `failing` in the worst single failure of that kind, with `under` in the
-    worst of the draws of a tolerance profile, with both in the worst failure in the worst draw."""
+    worst of the draws of a tolerance profile, with both in the worst failure in the worst draw.
+
+    Few draws within a limit show little: so many must be that at most `chance_at_most` of all draws exceed it, with
+    95 % confidence.
+    """
 
     failing: What | None = None
     under: str | None = None
     draws: Annotated[int, Field(ge=1, le=MAX_DRAWS)] = 64
+    chance_at_most: Annotated[float, Field(gt=0.0, le=1.0)] = 0.05
 
     @property
     def case_text(self) -> str:
@@ -271,7 +301,10 @@ class BlindObjects(WorstCase):
 
 
 class Loss(Requirement):
-    """Limit of the loss of a class by the worst failure of a kind; or by one failure by its `name`, with a `title`."""
+    """Limit of the loss of a class by the worst failure of a kind; or by one failure by its `name`, with a `title`.
+
+    A rig that detects less than `least_detected` of the class has little to lose: there is no figure then.
+    """
 
     of: Literal["voxels", "objects"]
     cls: Annotated[Class, Field(alias="class")]
@@ -279,7 +312,8 @@ class Loss(Requirement):
     name: str | None = None
     title: Words | None = None
     sector: Sector | None = None
-    share_of: Literal["all", "detected"] = "all"
+    share_of: Literal["all", "detected"] = "detected"
+    least_detected: Share = 0.05
     at_most: Share
 
     @property
@@ -293,7 +327,7 @@ class Loss(Requirement):
     def text_of(self, failing: str) -> str:
         """Return the figure in words, for what fails."""
         happens = "is blocked" if self.failure == "half" else "fails"
-        what = f"{'' if self.share_of == 'all' else 'detected '}{COVERED_THINGS[self.of]} of {self.cls}"
+        what = f"{'detected ' if self.share_of == 'detected' else ''}{COVERED_THINGS[self.of]} of {self.cls}"
         return f"{what} lost when {failing} {happens}{_sector_text(self.sector)}"
 
     def scope(self) -> dict[str, object]:

@@ -30,6 +30,8 @@ Measure = Callable[[Rig, Pose], Figures]
 """Figures by name, `KEY CLASS`, of a rig with a pose of its car in the frame of the traffic."""
 AXES = ("x", "y", "z", "roll", "pitch", "yaw")
 MAX_DRAWS = 4096
+SAMPLE_FRAMES = 100
+"""Frames in which objects are counted for a tolerance."""
 CONFIDENCE = 0.95
 Millimetres = Annotated[float, Field(allow_inf_nan=False, ge=0.0, le=1000.0)]
 Tilt = Annotated[float, Field(allow_inf_nan=False, ge=0.0, le=30.0)]

@@ -114,10 +114,8 @@ class Sweeper:
         if voxels is not None and self._figures.metric is not None:
             field = self._evaluate.voxels.field
             found |= evaluation_document(field, self._figures.metric, [voxels])
-            found["data"]["source"] = field.data.short_source  # the same from any folder
         if objects is not None:
             found["targets"] = objects_document([objects])
-            found["targets"]["data"]["source"] = objects.traffic.data.short_source
             del found["targets"]["rigs"], found["targets"]["riglens"]
         return {name: value for name, value in found.items() if name not in ("rigs", "riglens")}
 

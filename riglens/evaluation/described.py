@@ -31,7 +31,7 @@ class Described:
         return {
             "riglens": FORMAT_VERSION,
             "data": {
-                "source": data.source,
+                "source": data.short_source,
                 "frames": data.frames,
                 "sequences": data.sequences,
                 "boxes": {name: data.boxes[name] for name in CLASSES},

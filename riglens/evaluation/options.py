@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from riglens.core.errors import InputError
 from riglens.core.metric.scores import MAX_LAMBDA, Body
 from riglens.core.option_help import PHASE, RANGE_LAW, SHAPE, OptionHelp
 
 if TYPE_CHECKING:  # the model of rigs takes its time, and `riglens --help` needs none
+    from riglens.core.review.requirements import Settings
     from riglens.core.rig.model import Rig
     from riglens.core.targets.settings import TargetSettings
 
@@ -175,6 +176,21 @@ class SceneOptions:
     def files(self) -> tuple[Path, ...]:
         """Return the given files and folders that are read."""
         return tuple(path for path in (self.boxes, self.pog, *(self.occluders or ())) if path is not None)
+
+    def as_required(self, settings: Settings, where: Path) -> SceneOptions:
+        """Return the options with the grid that a file of requirements demands; raise InputError if `voxel_m` or
+        `roi_m` contradicts. What a stored POG has is known once it is read."""
+        from riglens.core.review.requirements import size_text
+
+        grid: dict[str, Any] = {}
+        for name in ("voxel_m", "roi_m"):
+            wanted, given = getattr(settings, name), getattr(self, name)
+            if given not in (None, wanted):
+                got = given if isinstance(given, str) else size_text(given)
+                raise InputError(f"must be {size_text(wanted)}, as {where} requires (got {got})", name)
+            if wanted != type(settings).model_fields[name].default:
+                grid[name] = wanted
+        return self if self.pog is not None else replace(self, **grid)
 
     def surrounded(self, said: str | None, in_town: bool = False) -> SceneOptions:
         """Return the same where occluders hide objects if "block" was said, and by default where tables of them are

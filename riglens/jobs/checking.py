@@ -15,12 +15,12 @@ from riglens.core.metric.entropy import EntropyField
 from riglens.core.monitor import Monitor
 from riglens.core.review.check_junit import RigCheck
 from riglens.core.review.checking import NO_ROAD_USERS, Check, Subject
-from riglens.core.review.documents import check_document
+from riglens.core.review.documents import check_document, settings_document
 from riglens.core.review.profiles import Profile, profiles_in
 from riglens.core.review.requirements import ACCEPTED, Requirements, requirements_in
 from riglens.core.rig.model import FORMAT_VERSION, Rig
 from riglens.core.rig.yaml.nodes import read_text, shown_path
-from riglens.core.shown_text import visible
+from riglens.core.shown_text import numbered, visible
 from riglens.core.targets.traffic import WITHIN_M, Traffic
 from riglens.evaluation.loading import load_scene, load_traffic
 from riglens.evaluation.options import SceneOptions, ScoreOptions
@@ -56,17 +56,17 @@ class CheckData(NamedTuple):
 
 @dataclass(frozen=True)
 class Checked:
-    """Verdicts on rigs, and the inputs of each besides the rig."""
+    """Verdicts on rigs."""
 
     checks: Sequence[RigCheck]
-    sources: Sequence[dict[str, Any]]
     asked: CheckInputs
 
     def document(self) -> dict[str, Any]:
         """Return the verdicts on a rig; of several rigs those of each in a list."""
         documents = [
-            check_document(check.rig, check.body, check.verdicts, source, self.asked.day)
-            for check, source in zip(self.checks, self.sources, strict=True)
+            {"title": check.title}
+            | check_document(check.rig, check.body, check.verdicts, check.sources, self.asked.day)
+            for check in self.checks
         ]
         if len(documents) == 1:
             return documents[0]
@@ -78,21 +78,22 @@ def checked(
     rigs: Sequence[Rig], score: ScoreOptions, scene: CheckData, asked: CheckInputs, monitor: Monitor
 ) -> Checked:
     """Check each rig against the requirements."""
-    checks, sources = [], []
-    for rig in rigs:
+    checks = []
+    for rig, title in zip(rigs, numbered([rig.name for rig in rigs]), strict=True):
         body = score.body_of(rig)
-        with monitor.stage(f"Checking {visible(rig.name)}") as progress:
+        with monitor.stage(f"Checking {visible(title)}") as progress:
             subject = Subject(rig, body, scene.field, scene.traffic, asked.judged, score.threads)
-            checks.append(RigCheck(rig, body, Check(subject, asked.required).verdicts(progress)))
-        sources.append(_sources(asked, scene, rig))
-    return Checked(checks, sources, asked)
+            verdicts = Check(subject, asked.required).verdicts(progress)
+        checks.append(RigCheck(rig, body, verdicts, title, _sources(asked, scene, rig)))
+    return Checked(checks, asked)
 
 
 def scene_for(
-    scene: SceneOptions, rigs: Sequence[Rig], score: ScoreOptions, required: Requirements, monitor: Monitor
+    scene: SceneOptions, rigs: Sequence[Rig], score: ScoreOptions, asked: CheckInputs, monitor: Monitor
 ) -> CheckData:
-    """Load what requirements need."""
-    field = traffic = None
+    """Load what requirements need, with their grid; raise InputError where an option contradicts them."""
+    field, traffic, required = None, None, asked.required
+    scene = scene.as_required(required.settings, asked.file)
     if required.needs_objects and scene.pog is not None:
         raise InputError(NO_ROAD_USERS)
     if required.needs_scene:
@@ -112,19 +113,13 @@ def unmet_by(rig: Rig, score: ScoreOptions, scene: CheckData, asked: CheckInputs
 def _sources(asked: CheckInputs, scene: CheckData, rig: Rig) -> dict[str, Any]:
     """Return the inputs of verdicts besides the rig, with their SHA-256."""
     files = asked.profiles or (asset_path("review/blind.yaml"),)
-    field, required, mesh = scene.field, asked.required, rig.vehicle.body_mesh
+    mesh = rig.vehicle.body_mesh
     return {
         "version": installed_version(),
         "mesh_sha256": None if mesh is None else mesh.sha256,
         "requirements": {"file": asked.file.name, "sha256": _sha256(asked.text.encode("utf-8"))},
         "profiles": [{"file": path.name, "sha256": _sha256(path.read_bytes())} for path in files],
-        "data": None
-        if field is None
-        else {"source": field.data.short_source, "sha256": field.data.sha256, "frames": field.data.frames},
-        "voxel_m": None if field is None else field.grid.voxel_m,
-        "roi_m": None if field is None else list(field.grid.roi_m),
-        "blind_voxel_m": required.blind_voxel_m,
-        "seed": required.seed,
+        **settings_document(asked.required.settings, scene.field, scene.traffic),
         "waivers_on": asked.day.isoformat(),
     }
 

@@ -51,7 +51,7 @@ def optimised(
         checks=_other_traffic(scene, check_boxes, within_m, monitor),
     )
     if asked is not None:
-        subject = scene_for(scene, [rig], score, asked.required, monitor)
+        subject = scene_for(scene, [rig], score, asked, monitor)
         problem = replace(problem, unmet=lambda one: unmet_by(one, score, subject, asked))
     with monitor.stage("Casting, choosing, checking") as progress:
         return finished(problem, score.threads, progress)

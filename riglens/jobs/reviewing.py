@@ -64,7 +64,7 @@ class Redundancy:
             "body": self.body,
             "note": NO_EVIDENCE,
             "rig": identity_of(self.rig),
-            "data": {"source": self.field.data.source, "sha256": self.field.data.sha256},
+            "data": {"source": self.field.data.short_source, "sha256": self.field.data.sha256},
             "voxel_m": self.field.grid.voxel_m,
             "min_points": self.min_points,
             "voxels": coverage_document(self.voxels, "nat"),

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from riglens.core.rig.model import Rig
+from riglens.core.shown_text import numbered
 from riglens.reporting.drawings import Plans, plans, view_data
 from riglens.reporting.figures import Report, ReportPlan
 from riglens.studies.blind_chart import blind_figure
@@ -37,7 +38,12 @@ class ReportDocument:
     @property
     def title(self) -> str:
         """The names of the rigs."""
-        return ", ".join(rig.name for rig in self.rigs)
+        return ", ".join(self.names)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The name of each rig, with a number where several have it."""
+        return numbered([rig.name for rig in self.rigs])
 
 
 def document_of(plan: ReportPlan, report: Report) -> ReportDocument:

@@ -27,6 +27,7 @@ from riglens.core.review.documents import (
     check_document,
     coverage_document,
     mounts_document,
+    settings_document,
     tolerance_document,
 )
 from riglens.core.review.measures import Measures
@@ -34,7 +35,7 @@ from riglens.core.review.mounts import USUAL_LIMITS, mounts_of, violations
 from riglens.core.review.profiles import Profile, bundled_profiles
 from riglens.core.review.redundancy import NO_EVIDENCE, target_coverage, voxel_coverage
 from riglens.core.review.requirements import Requirements
-from riglens.core.review.tolerance import MAX_DRAWS, profile_called, tolerance
+from riglens.core.review.tolerance import MAX_DRAWS, SAMPLE_FRAMES, profile_called, tolerance
 from riglens.core.review.verdicts import verdicts
 from riglens.core.rig.model import FORMAT_VERSION, MAX_SENSORS, Rig
 from riglens.core.rig.yaml.file import dumps
@@ -51,8 +52,6 @@ from riglens.evaluation.scenario import load_scenario, settings_of
 from riglens.evaluation.traffic import load_traffic
 from riglens.version import installed_version
 
-SAMPLE_FRAMES = 50
-"""Frames in which tolerances count objects."""
 MOST_LETTERS = 200
 """In a word of the header."""
 Stage = Callable[[float, str], None]
@@ -263,7 +262,9 @@ def _parts(
     if plan.requirements is not None:
         progress = stages.begin("Checking requirements", rig.name)
         subject = Subject(rig, body, field, traffic, profiles, threads)
-        checked = check_document(rig, body, Check(subject, plan.requirements).verdicts(progress))
+        sources = settings_document(plan.requirements.settings, field, traffic)
+        every = Check(subject, plan.requirements).verdicts(progress)
+        checked = check_document(rig, body, every, sources)
     return {
         "blind": blind_document(found, judged),
         "mounts": mounted,

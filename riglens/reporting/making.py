@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Sequence
-from contextlib import redirect_stdout, suppress
+from contextlib import redirect_stdout
 from dataclasses import replace
 from pathlib import Path, PurePath
 from typing import Any, NamedTuple
@@ -43,10 +43,11 @@ from riglens.reporting.reading import (
 
 class Verified(NamedTuple):
     """An earlier report next to the same made again: `lines` say which figures differ, `place` is the first place where
-    the files do, None where there is none."""
+    the files do, None where there is none; given: words that no data can confirm."""
 
     lines: list[str]
     place: str | None
+    given: tuple[str, ...]
 
 
 def write_report(
@@ -64,7 +65,8 @@ def write_report(
     if requirements is not None:
         text = read_text(requirements, "a file of requirements")
         required = _requirements(text, str(requirements), rigs)
-        score = score.as_required(required.body, requirements)
+        score = score.as_required(required.settings.body, requirements)
+        scene = scene.as_required(required.settings, requirements)
     draws, seed = draws_and_seed
     plan = ReportPlan(tuple(rigs), scene, score, draws, seed, required, text, labels)
     with monitor.stage("Making the report") as tell:
@@ -112,9 +114,9 @@ def verified(
     plan = _plan_of(attached, path, scene, score, meshes or path.parent, monitor)
     with monitor.stage("Recomputing the figures") as tell:
         document = document_of(plan, report_of(plan, tell, monitor))
-    _take_names(document.figures, attached)
     lines = differences(attached, document.figures)
-    return Verified(lines, first_difference(content, rendered(document, form_of(content)), str(path)))
+    given = (*plan.labels.words, *(() if plan.why is None else ("why sensors are where they are",)))
+    return Verified(lines, first_difference(content, rendered(document, form_of(content)), str(path)), given)
 
 
 def _requirements(text: str, where: str, rigs: Sequence[Rig]) -> Requirements:
@@ -124,16 +126,6 @@ def _requirements(text: str, where: str, rigs: Sequence[Rig]) -> Requirements:
         if one.profile in left_out:
             raise InputError(f"{where}: profile '{one.profile}' is from memory and not used in reports")
     return requirements_in(text, where, rigs, profiles)
-
-
-def _take_names(figures: dict[str, Any], attached: dict[str, Any]) -> None:
-    """Call data as the report does: where they lie may differ; what they are is in their SHA-256."""
-    figures["inputs"]["boxes"] = attached["inputs"]["boxes"]
-    for part in ("evaluation", "targets"):
-        with suppress(KeyError, TypeError):
-            source = attached[part]["data"]["source"]
-            if isinstance(source, str):
-                figures[part]["data"]["source"] = source
 
 
 def _plan_of(

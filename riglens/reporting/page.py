@@ -8,7 +8,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
@@ -22,6 +22,7 @@ from riglens.core.figures.figure import Figure
 from riglens.core.figures.objects import ObjectFigure
 from riglens.core.figures.registry import figure_named, leading_figures, object_figures
 from riglens.core.figures.text import UNITS, change_unit, in_unit
+from riglens.core.review.documents import settings_text
 from riglens.core.review.findings import amounts
 from riglens.core.review.mounts import SIDES, USUAL_LIMITS
 from riglens.core.rig.library import default_library
@@ -183,7 +184,7 @@ def _templates() -> Environment:
         function.__name__: function
         for function in (
             at, body_text, range_lines, difference_text, few_words, gains_in, has_figure, in_brackets, leading_columns,
-            limit_texts, missed_objects, object_columns, origin, reason_of, region_of, sector_columns,
+            limit_texts, missed_objects, object_columns, origin, reason_of, region_of, sector_columns, settings_text,
             smallest_range, verdict_text, view_text, worst_failure, worst_profile, zone_places,
         )
     } | {
@@ -312,9 +313,10 @@ def region_of(calibration: Figures) -> str:
     return Domain.model_validate(calibration["domain"]).region
 
 
-def body_text(evaluation: Figures) -> str:
-    """Return the body mode of all rigs, or of each where they differ."""
-    each = (f"{rig['body']} for {rig['name']}" for rig in evaluation["rigs"] if "body" in rig)
+def body_text(evaluation: Figures, names: Sequence[str]) -> str:
+    """Return the body mode of all rigs, or of each by its name where they differ."""
+    pairs = zip(evaluation["rigs"], names, strict=True)
+    each = (f"{rig['body']} for {name}" for rig, name in pairs if "body" in rig)
     return str(evaluation["body"] or ", ".join(each))
 
 

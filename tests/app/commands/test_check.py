@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from datetime import date, timedelta
 from xml.etree import ElementTree
 
 import pytest
@@ -10,13 +11,16 @@ from riglens.assets import asset_path
 from tests.app.conftest import SMALL_GRID
 
 HEAD = "riglens_requirements: 1\n"
+SOON = (date.today() + timedelta(days=30)).isoformat()
+"""A day on which a waiver may end."""
 EASY = HEAD + (
-    "body: ignored\nblind_voxel_m: 0.25\n"
+    "settings: {body: ignored, blind_voxel_m: 0.25, voxel_m: 0.5, roi_m: [20, 20, 4]}\n"
     "seen: [{class: car, at_least: 0.0}, {class: car, by: camera, at_least: 0.0}]\n"
     "on_target: [{class: car, at_least: 0.0}, {class: pedestrian, ring_m: [0, 20], figure: share_5, at_least: 0.0}]\n"
     "blind_areas: [{height_m: 1.15, at_most_m2: 10000}, {height_m: 0.3, sector: rear, within_m: 5, at_most_m2: 9999}]\n"
     "blind_objects: [{profile: adults-around, at_most_unseen: 4}]\n"
-    "losses: [{of: voxels, class: car, failure: pair, at_most: 1.0}, {of: objects, class: car, at_most: 1.0}]\n"
+    "losses: [{of: voxels, class: car, failure: pair, share_of: all, at_most: 1.0},"
+    " {of: objects, class: car, at_most: 1.0}]\n"
     "covered: [{of: voxels, class: car, sensors: 2, at_least: 0.0},"
     " {of: objects, class: car, sensors: two kinds, at_least: 0}]\n"
     "tolerance: [{profile: assembly, class: car, limit: 0.0, draws: 8, at_most: 0.4}]\n"
@@ -63,7 +67,7 @@ def test_what_is_met_ends_with_0_and_every_figure_is_that_of_its_command(riglens
 def test_what_is_not_met_ends_with_1_and_says_by_how_much(riglens, tmp_path):
     asked = required(
         tmp_path,
-        HEAD + "blind_voxel_m: 0.25\nblind_areas: [{height_m: 0.3, at_most_m2: 0.5}]\n"
+        HEAD + "settings: {blind_voxel_m: 0.25}\nblind_areas: [{height_m: 0.3, at_most_m2: 0.5}]\n"
         "mounts: {gap_m: 0.05, beyond_m: {top: 0.2}}\n",
     )
     out = tmp_path / "check.json"
@@ -80,9 +84,9 @@ def test_what_is_not_met_ends_with_1_and_says_by_how_much(riglens, tmp_path):
 
 
 SMALL_FILE = (
-    HEAD + "blind_voxel_m: 0.5\nmounts: {height_m: [0.1, 4.0], keep_out: []}\nblind_areas:\n"
+    HEAD + "settings: {blind_voxel_m: 0.5}\nmounts: {height_m: [0.1, 4.0], keep_out: []}\nblind_areas:\n"
     '  - {height_m: 0.3, at_most_m2: 0.5, id: near, name: "children, 100 %", why: R7}\n'
-    "  - {height_m: 0.8, at_most_m2: 0.5, waived: {reason: new mast, until: 9999-12-31}}\n"
+    f"  - {{height_m: 0.8, at_most_m2: 0.5, waived: {{reason: new mast, until: {SOON}}}}}\n"
     "  - {height_m: 0.4, at_most_m2: 0.5, waived: {reason: old mast, until: 2000-01-01}}\n"
 )
 
@@ -91,7 +95,7 @@ def test_impossible_mounts_are_named_where_no_requirement_judges_them(riglens, s
     small_rig.write_text(
         small_rig.read_text(encoding="utf-8").replace("[0.1, 0.2, 1.9]", "[0.1, 0.2, -1]"), encoding="utf-8"
     )
-    area = HEAD + "blind_voxel_m: 0.5\nblind_areas: [{height_m: 0.8, at_most_m2: 10000}]\n"
+    area = HEAD + "settings: {blind_voxel_m: 0.5}\nblind_areas: [{height_m: 0.8, at_most_m2: 10000}]\n"
     found = riglens("check", small_rig, "--requirements", required(tmp_path, area))
     assert found.code == 1 and "below the ground: roof" in found.out and "roof: below the ground" in found.err
     mounts = required(tmp_path, area + "mounts: {}\n")
@@ -127,10 +131,74 @@ def test_several_rigs_are_checked_each_with_hashes_of_all_that_counts(riglens, t
     assert found.out.count("children, 100 %") == 2 and "the waiver expired on 2000-01-01" in found.out
 
 
+def test_rigs_of_one_name_are_told_apart_in_every_output(riglens, small_rig, tmp_path):
+    other = tmp_path / "other.yaml"
+    other.write_text(small_rig.read_text())
+    asked, junit = required(tmp_path, SMALL_FILE), tmp_path / "check.xml"
+    words = ("check", small_rig, other, "--requirements", asked, "--junit", junit, "--github")
+    found = riglens(*words, "--json", tmp_path / "check.json")
+    titles = [one["title"] for one in json.loads((tmp_path / "check.json").read_text())["rigs"]]
+    assert len(set(titles)) == 2
+    suites = ElementTree.parse(junit).getroot().findall("testsuite")
+    cases = [
+        (case.get("classname"), case.get("name")) for suite in suites for case in suite.findall("testcase")
+    ]
+    assert [suite.get("name") for suite in suites] == titles and len(set(cases)) == len(cases) == 8
+    for title in titles:
+        assert f"{title}: 4 requirements" in found.out and f"title={title}%3A near" in found.out
+
+
+def test_every_output_names_grid_data_and_seed(riglens, boxes, tmp_path):
+    text = HEAD + "settings: {voxel_m: 0.5, roi_m: [20, 20, 4], seed: 7}\nseen: [{class: car, at_least: 1}]"
+    asked, junit, out = required(tmp_path, text), tmp_path / "check.xml", tmp_path / "check.json"
+    words = ("check", "Center", "--requirements", asked, "--boxes", boxes, "--junit", junit, "--json", out)
+    found = riglens(*words, "--github")
+    document = json.loads(out.read_text())
+    data = document["data"]
+    assert (document["voxel_m"], document["roi_m"], document["seed"]) == (0.5, [20, 20, 4], 7)
+    assert data["source"] == "boxes.csv" and str(tmp_path) not in out.read_text()
+    said = ("0.5 m", "20 × 20 × 4 m", "boxes.csv", data["sha256"][:12], "seed 7")
+    (note,) = (line for line in found.out.splitlines() if line.startswith("::error"))
+    table = found.out.replace(note, "")
+    assert all(word in table and word in note for word in said)
+    properties = {one.get("name"): one.get("value") for one in ElementTree.parse(junit).iter("property")}
+    assert all(word in properties["settings"] for word in said)
+    assert properties["data sha256"] == data["sha256"] and properties["voxel_m"] == "0.5"
+
+
+@pytest.mark.parametrize("text", ["", "settings: {voxel_m: 0.25}\n"])
+def test_options_that_contradict_the_file_are_refused(riglens, boxes, tmp_path, text):
+    asked = required(tmp_path, HEAD + text + "seen: [{class: car, at_least: 0}]")
+    grid = ("--boxes", boxes, "--roi", "20", "20", "4")
+    for voxel in ("0.5", "auto"):
+        words = ("check", "W+T", "--requirements", asked, *grid, "--voxel", voxel)
+        assert f"--voxel must be {'0.25' if text else '0.1'} m, as" in riglens(*words).refused()
+    words = ("check", "W+T", "--requirements", asked, *grid)
+    assert "--roi must be 60 × 40 × 4 m, as" in riglens(*words).refused()
+    pog = tmp_path / "a.npz"
+    assert riglens("data", "build", boxes, "--out", pog, *SMALL_GRID).code == 0
+    assert "must be" in riglens("check", "W+T", "--requirements", asked, "--pog", pog).refused()
+
+
+def test_a_profile_that_differs_from_the_bundled_one_of_its_name_is_refused(riglens, tmp_path):
+    own = tmp_path / "own.yaml"
+    bundled = asset_path("review/blind.yaml").read_text()
+    asked = required(tmp_path, HEAD + "blind_objects: [{profile: un-r158-detection}]")
+    words = ("check", "Center", "--requirements", asked, "--profile", own)
+    own.write_text(bundled)
+    assert riglens(*words).code == 1
+    own.write_text(
+        bundled.replace("object: {height: 0.8, diameter: 0.3}", "object: {height: 1.8, diameter: 0.9}", 1)
+    )
+    assert "'un-r158-detection' differs from the bundled one" in riglens(*words).refused()
+    words = ("review", "Center", "--only", "blind", "--profile", own)
+    assert "'un-r158-detection' differs from the bundled one" in riglens(*words).refused()
+
+
 def test_what_is_waived_or_may_be_missing_ends_with_0(riglens, tmp_path):
-    text = HEAD + "blind_voxel_m: 0.5\nblind_areas:\n  - {height_m: 0.3, at_most_m2: 0, WAIVER}\n"
+    text = HEAD + "settings: {blind_voxel_m: 0.5}\nblind_areas:\n  - {height_m: 0.3, at_most_m2: 0, WAIVER}\n"
     text += "  - {height_m: 0.3, at_most_m2: 0, by: camera, allow_missing: true}\n"
-    for until, code in (("9999-12-31", 0), ("2000-01-01", 1)):
+    for until, code in ((SOON, 0), ("2000-01-01", 1), ("9999-12-31", 1)):
         asked = required(tmp_path, text.replace("WAIVER", f"waived: {{reason: a, until: {until}}}"))
         assert riglens("check", "Center", "--requirements", asked).code == code
     gone = text.replace("WAIVER", "allow_missing: true").replace("camera, allow_missing: true", "camera")
@@ -194,7 +262,8 @@ def test_what_the_rig_or_the_scene_has_not_is_told(riglens, boxes, tmp_path):
     asked = required(tmp_path, HEAD + loss.replace("group", "sensor"))
     said = riglens("check", "Center", "--requirements", asked, *nowhere).refused()
     assert "has no sensor 'ecu' (LIDAR_1, LIDAR_2, LIDAR_3, LIDAR_4)" in said
-    asked = required(tmp_path, HEAD + loss.replace("at_most: 0", "at_most: 0, allow_missing: true"))
+    grid = "settings: {voxel_m: 0.5, roi_m: [20, 20, 4]}\n"
+    asked = required(tmp_path, HEAD + grid + loss.replace("at_most: 0", "at_most: 0, allow_missing: true"))
     found = riglens("check", "Center", "--requirements", asked, "--boxes", boxes, *SMALL_GRID)
     assert found.code == 0 and "not applicable" in found.out
     pog = tmp_path / "a.npz"

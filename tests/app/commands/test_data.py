@@ -49,6 +49,7 @@ def test_a_side_without_boxes_and_a_ground_off_zero_are_pointed_out(riglens, ahe
 
 
 REQUIREMENTS = """riglens_requirements: 1
+settings: {voxel_m: 0.5, roi_m: [20, 20, 4]}
 seen:
   - {class: car, at_least: 0.1}
 on_target:

@@ -70,7 +70,9 @@ def _stored(png: bytes) -> bytes:
 
 
 LOOSE = _stored(DOT)
-REQUIRED = "riglens_requirements: 1\nbody: blocks\nblind_areas: [{height_m: 0.3, at_most_m2: 0}]\n"
+REQUIRED = (
+    "riglens_requirements: 1\nsettings: {body: blocks, voxel_m: 0.5, roi_m: [20, 20, 4]}\nblind_areas: [{height_m: 0.3, at_most_m2: 0}]\n"
+)
 
 
 WHY = {
@@ -324,6 +326,47 @@ def test_a_figure_that_was_edited_is_named_by_its_path_whatever_the_file(
         path.write_bytes(rendered(edited, form))
         other = riglens("report", "--verify", path, "--boxes", made_again)
         assert other.code == 1 and "rigs[0].blind.zones[0].share_seen_10m: attached 0.123" in other.out
+
+
+def test_a_forged_name_of_the_data_differs(made_again, document, riglens, tmp_path):
+    figures = copy.deepcopy(document.figures)
+    figures["inputs"]["boxes"] = "measured.csv"
+    for part in ("evaluation", "targets"):
+        assert figures[part]["data"]["source"] == "boxes.csv"
+        figures[part]["data"]["source"] = "measured.csv"
+    path = tmp_path / "forged.html"
+    path.write_bytes(rendered(ReportDocument(figures, document.rigs, document.drawings), ".html"))
+    found = riglens("report", "--verify", path, "--boxes", made_again)
+    assert found.code == 1 and "inputs.boxes: attached 'measured.csv', recomputed 'boxes.csv'" in found.out
+
+
+def test_verify_says_what_it_takes_as_given(made_again, document, riglens, tmp_path, monkeypatch):
+    figures = copy.deepcopy(document.figures)
+    labels = labels_of("Van", None, None)
+    figures["inputs"]["labels"] = labels.model_dump()
+    labelled = ReportDocument(figures, document.rigs, document.drawings, labels.words)
+    monkeypatch.setattr(making, "document_of", lambda plan, report: copy.deepcopy(labelled))
+    path = tmp_path / "a.html"
+    path.write_bytes(rendered(labelled, ".html"))
+    found = riglens("report", "--verify", path, "--boxes", made_again)
+    assert found.code == 0 and "taken as given" in found.out and "Project: Van" in found.out
+
+
+def test_rigs_of_one_name_are_told_apart(document):
+    rigs = tuple(rig.model_copy(update={"name": "twin"}) for rig in document.rigs)
+    figures = copy.deepcopy(document.figures)
+    twins = ReportDocument(figures, rigs, document.drawings)
+    assert len(set(twins.names)) == 2
+    page = report_page(twins).split("<script")[0]
+    for name in twins.names:
+        assert f"<h2>{name}</h2>" in page and page.count(name) > 10
+    assert not re.search(r"twin(?! \()", page)
+
+
+def test_the_page_says_in_which_settings_requirements_hold(made):
+    page = made[0].read_text("utf-8").split('<script type="application/json"')[0]
+    (said,) = re.findall(r"Requirements hold for ([^<]*)<", page)
+    assert all(word in said for word in ("0.5 m", "20 × 20 × 4 m", "boxes.csv", "seed 0"))
 
 
 def test_a_damaged_pdf_is_refused_in_one_line(made_again, document, riglens, tmp_path, qapp):

@@ -22,6 +22,7 @@ from tests.waiting import TIMEOUT_MS
 ROI = (20.0, 20.0, 4.0)
 GRID = ("--voxel", "0.5", "--roi", "20", "20", "4")
 REQUIRED = """riglens_requirements: 1
+settings: {voxel_m: 0.5, roi_m: [20, 20, 4]}
 blind_areas: [{height_m: 0.3, at_most_m2: 0}]
 blind_objects: [{profile: PROFILE, at_most_unseen: 0}]
 seen: [{class: car, at_least: 0}, {class: pedestrian, at_least: 0}]

@@ -15,7 +15,7 @@ from riglens.core.errors import InputError
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.review.check_junit import RigCheck, junit_xml
 from riglens.core.review.checking import Check, Subject
-from riglens.core.review.documents import check_document
+from riglens.core.review.documents import check_document, settings_document
 from riglens.core.review.findings import Verdict, amounts
 from riglens.core.review.measures import Measures
 from riglens.core.review.profiles import bundled_profiles
@@ -43,7 +43,8 @@ from tests.core.review.scenes import BOX, box_mesh, camera, dense_lidar, random_
 from tests.core.review.test_redundancy import grouped, some_traffic, without
 from tests.core.targets.cases import by_sector, parts
 
-HEAD = "riglens_requirements: 1\nblind_voxel_m: 0.5\n"
+GRID = "blind_voxel_m: 0.5, voxel_m: 0.5, roi_m: [20, 16, 4]"
+HEAD = f"riglens_requirements: 1\nsettings: {{{GRID}}}\n"
 SMALL = VoxelGrid(0.5, (20.0, 16.0, 4.0))
 DAY = date(2026, 6, 1)
 ABSENT = (
@@ -60,7 +61,8 @@ ABSENT = (
 
 
 def required(text: str) -> Requirements:
-    return requirements_in(HEAD + text, "required.yaml")
+    head = "riglens_requirements: 1\n" if text.startswith("settings") else HEAD
+    return requirements_in(head + text, "required.yaml")
 
 
 def subject(rig: Rig, seed: int = 4) -> Subject:
@@ -116,6 +118,25 @@ def test_what_a_rig_of_one_lidar_has_not_is_not_applicable_unless_it_may_be_miss
     assert reason in " ".join(verdict.lines()) and not check_document(rig, "ignored", [verdict])["passes"]
     (allowed,) = verdicts(rig, text.replace("}]", ", allow_missing: true}]"))
     assert (allowed.status, allowed.passes) == ("not applicable", True)
+
+
+@pytest.mark.parametrize("text", ABSENT)
+def test_no_permission_makes_a_rig_without_enabled_sensors_pass(text: str) -> None:
+    off = tuple(sensor.replace(enabled=False) for sensor in some_rig().sensors)
+    assert not any(
+        one.passes for one in verdicts(Rig(sensors=off), text.replace("}", ", allow_missing: true}"))
+    )
+
+
+def test_a_housing_in_the_road_is_below_the_ground() -> None:
+    rig = some_rig(6)
+    first = rig.sensors[0]
+    low = first.model_copy(update={"position": (3.0, 0.0, 1e-4)})
+    rig = rig.model_copy(update={"sensors": (low, *rig.sensors[1:])})
+    (mounts,) = verdicts(rig, "mounts: {keep_out: []}")
+    assert mounts.status == "not met" and "housing is" in mounts.lines()[0]
+    (area,) = verdicts(rig, "blind_areas: [{height_m: 0.3, at_most_m2: 1000000, allow_missing: true}]")
+    assert not area.passes and "below the ground" in area.lines()[0]
 
 
 @pytest.mark.parametrize("text", ABSENT)
@@ -247,8 +268,8 @@ def test_a_rig_that_detects_nothing_has_nothing_to_lose() -> None:
     "text",
     [
         "tolerance: [{profile: joint, class: car, limit: 0, draws: 8, at_most: 1}]",
-        "blind_areas: [{height_m: 0.3, under: joint, draws: 2, at_most_m2: 1000000}]",
-        "blind_objects: [{profile: adults-around, under: joint, draws: 2, at_most_unseen: 1000}]",
+        "blind_areas: [{height_m: 0.3, under: joint, draws: 2, chance_at_most: 1, at_most_m2: 1000000}]",
+        "blind_objects: [{profile: adults-around, under: joint, draws: 2, chance_at_most: 1, at_most_unseen: 1000}]",
     ],
 )
 def test_errors_that_a_rig_cannot_have_prove_nothing(text: str) -> None:
@@ -266,12 +287,48 @@ def test_a_rig_of_one_beam_loses_all_that_it_detects() -> None:
     beam = dense_lidar(1.2, 2, 90).replace(name="beam")
     of_all, of_detected = verdicts(
         Rig(sensors=(beam,)),
-        "losses: [{of: voxels, class: car, at_most: 0.2},"
-        " {of: voxels, class: car, share_of: detected, at_most: 0.2}]",
+        "losses: [{of: voxels, class: car, share_of: all, least_detected: 0, at_most: 0.2},"
+        " {of: voxels, class: car, least_detected: 0, at_most: 0.2}]",
     )
     assert of_all.finding.value is not None and of_all.finding.value < 0.2
     assert of_detected.finding.value == 1.0 and of_detected.status == "not met"
     assert "100.00 % of what the rig detects" in of_all.lines()
+
+
+def test_a_rig_that_detects_little_meets_no_limit_of_losses() -> None:
+    up = camera((0.0, 0.0, 3.5)).replace(rpy_deg=(0.0, -20.0, 0.0), hfov_deg=1.0)
+    asked = subject(Rig(sensors=(up,)))
+    seen = Check(asked, required("covered: [{of: voxels, class: car, sensors: 1, at_least: 0}]")).verdicts()
+    assert 0.0 < (seen[0].finding.value or 0.0) < 0.05
+    for share_of in ("all", "detected"):
+        text = f"losses: [{{of: voxels, class: car, share_of: {share_of}, at_most: 1}}]"
+        (verdict,) = Check(asked, required(text)).verdicts()
+        assert (verdict.status, verdict.passes) == ("not applicable", False)
+        assert "too little to lose" in verdict.lines()[0]
+
+
+# ---------------------------------------------------------------- settings
+
+
+def test_a_scene_that_is_not_that_of_the_requirements_is_refused() -> None:
+    asked = subject(some_rig())
+    assert asked.field is not None
+    sha256, frames = "ab" * 32, asked.field.data.frames
+    data = replace(asked.field.data, sha256=sha256)
+    asked = replace(asked, field=replace(asked.field, data=data))
+    seen = "\nseen: [{class: car, at_least: 0}]"
+    right = f"{GRID}, boxes_sha256: {sha256}, frames: {frames}"
+    assert Check(asked, required(f"settings: {{{right}}}{seen}")).verdicts()[0].passes is False
+    for said, wrong, field in (
+        ("voxel_m: 0.5", "voxel_m: 0.1", "voxel_m must be 0.1 m"),
+        ("roi_m: [20, 16, 4]", "roi_m: [20, 20, 4]", "roi_m must be 20 × 20 × 4 m"),
+        (sha256, "cd" * 32, "boxes must have SHA-256"),
+        (f"frames: {frames}", f"frames: {frames + 1}", f"frames must be {frames + 1}"),
+    ):
+        with pytest.raises(InputError, match=field):
+            Check(asked, required(f"settings: {{{right.replace(said, wrong)}}}{seen}"))
+    with pytest.raises(InputError, match=r"voxel_m must be 0\.1 m"):
+        Check(asked, requirements_in(f"riglens_requirements: 1{seen}", "defaults.yaml"))
 
 
 # ---------------------------------------------------------------- chances
@@ -304,9 +361,8 @@ def test_a_chance_is_that_of_the_figure_of_all_frames_whatever_the_sample() -> N
     text = "on_target: [{class: car, at_least: 0}]"
     rig, none = some_rig(2), "tolerance_profiles: [{name: none, source: a test, position_mm: 1e-9}]\n"
     designed = verdicts(rig, text)[0].finding.value
-    chance = (
-        f"sample_frames: 3\n{none}tolerance: [{{profile: none, figure: on_target, class: car, limit: %.17g}}]"
-    )
+    chance = f"settings: {{{GRID}, sample_frames: 3}}\n{none}"
+    chance += "tolerance: [{profile: none, figure: on_target, class: car, limit: %.17g}]"
     assert verdicts(rig, chance % designed)[0].finding.value == 0.0
     assert verdicts(rig, chance % (designed + 1e-12))[0].finding.value == 1.0
 
@@ -401,6 +457,20 @@ def test_blind_zones_and_objects_at_the_worst_draw_are_those_of_a_rig_and_car_wi
     assert "worst of 4 draws under load" in area.text
 
 
+@pytest.mark.parametrize(
+    "limit", ["blind_areas: [{height_m: 0.8, at_most_m2: 1000000, CASE}]",
+              "blind_objects: [{profile: adults-around, at_most_unseen: 1000, CASE}]"],
+)  # fmt: skip
+def test_few_draws_within_a_limit_do_not_show_that_it_holds(limit: str) -> None:
+    for draws, status in ((1, "not shown"), (58, "not shown"), (59, "met")):
+        (verdict,) = verdicts(some_rig(2), limit.replace("CASE", f"under: load, draws: {draws}"))
+        assert verdict.status == status and verdict.passes == (status == "met")
+    (verdict,) = verdicts(some_rig(2), limit.replace("CASE", "under: load, draws: 1"))
+    assert "up to 95.0 % may exceed it" in verdict.lines()[0]
+    beyond = limit.replace("1000000", "0").replace("1000,", "0,").replace("CASE", "under: load, draws: 1")
+    assert verdicts(Rig(sensors=(camera((0.0, 0.0, 3.0)),)), beyond)[0].status == "not met"
+
+
 def test_the_worst_failure_at_the_worst_draw_is_that_of_every_draw_without_every_sensor() -> None:
     rig = grouped(some_rig(4))
     text = (
@@ -468,10 +538,14 @@ def test_a_waiver_holds_up_to_its_day_with_its_reason() -> None:
     )
     assert verdict.status == "not met" and not verdict.passes and not verdict.holds_on(None)
     assert verdict.holds_on(DAY) and verdict.is_waived_on(DAY) and not verdict.holds_on(date(2026, 6, 2))
+    assert not verdict.holds_on(date(2024, 5, 1)), "more than two years"
+    assert "two years ahead" in verdict.lines(date(2024, 5, 1))[-1]
     assert "waived until 2026-06-01: new bracket in May" in verdict.lines(DAY)
     assert "why: R1" in verdict.lines(DAY) and "expired" in verdict.lines(date(2026, 6, 2))[-1]
     assert check_document(rig, "ignored", [verdict], day=DAY)["passes"]
     assert not check_document(rig, "ignored", [verdict])["passes"]
+    with pytest.raises(InputError, match="must not be blank"):
+        required("seen: [{class: car, at_least: 1, waived: {reason: '  ', until: 2026-06-01}}]")
     for until in ("soon", "20", "2026-13-01"):
         with pytest.raises(InputError, match="must be a date such as"):
             required(f"seen: [{{class: car, at_least: 1, waived: {{reason: a, until: {until}}}}}]")
@@ -487,7 +561,9 @@ def test_junit_is_well_formed_for_hostile_names_and_counts_what_holds() -> None:
         "losses: [{of: voxels, class: car, failure: group, at_most: 1, allow_missing: true}]",
     )
     lines = {verdict.item.id: number for number, verdict in enumerate(found, 1)}
-    text = junit_xml([RigCheck(rig, "ignored", found)], hostile, lines, {"seed": f"{hostile}\x00\ud800"}, DAY)
+    settings = settings_document(required("mounts: {}").settings, None, None)
+    settings |= {"requirements": {"file": f"{hostile}\x00\ud800"}}
+    text = junit_xml([RigCheck(rig, "ignored", found, hostile, settings)], hostile, lines, DAY)
     suite = ET.fromstring(text)[0]
     assert (suite.get("tests"), suite.get("failures"), suite.get("skipped")) == ("4", "1", "2")
     assert "\\x1b[31m" in (suite.get("name") or "") and "\\ufffe" in (suite.get("name") or "")
