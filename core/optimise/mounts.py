@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache, partial
 
 import numpy as np
@@ -17,21 +17,19 @@ from riglens.core.optimise.search import Limits
 from riglens.core.optimise.spots import Spot, box_spots, skin_spots
 from riglens.core.review.mounts import (
     SIDES,
-    USUAL_KEEP_OUT,
-    Box,
-    KeepOut,
     MountLimits,
     beyond_m,
+    footing_of,
     is_in_zone,
     is_kept_out,
     sizes_m,
+    usual_keep_out,
 )
 from riglens.core.rig.edits import mirrored_pose, partner_of
 from riglens.core.rig.library import default_library
-from riglens.core.rig.model import Rig, Sensor, Vehicle
+from riglens.core.rig.model import Rig, Sensor
 from riglens.core.sensors.registry import kind_of
 from riglens.core.vehicle.housings import housing_corners_m
-from riglens.core.vehicle.profiles import PROFILES
 from riglens.core.vehicle.solid import solid_of
 from riglens.core.vehicle.standing import Skin, is_inside, skin_of
 
@@ -44,7 +42,6 @@ USUAL_RULES = MountLimits(height_m=(0.4, 100.0), spacing_m=0.25)
 """Our choice: dirt and kerbs below, housings side by side."""
 _FLAT = 0.1
 _NEAR_M = 0.3
-_MIRROR_GAP_M = 0.03
 _FULL_TURN_DEG = 300.0
 
 
@@ -116,7 +113,7 @@ class Additions:
     """Sensors that may be added: models of the library, in mirror pairs or single, `count` of them, within a budget.
 
     costs: of one sensor by model, 1 where nothing is said. rules: limits of each mount; without zones of their own the
-    usual ones and door mirrors keep sensors out. spots_m: distance between neighbouring spots. box_m: from and to along
+    usual ones keep sensors out. spots_m: distance between neighbouring spots. box_m: from and to along
     each axis, where sensors stand in the air on brackets, instead of the skin.
     """
 
@@ -151,26 +148,11 @@ class Additions:
 NO_ADDITIONS = Additions(())
 
 
-def door_mirrors(vehicle: Vehicle) -> tuple[KeepOut, ...]:
-    """Return the zone of the door mirrors of a built-in body, with a margin; what sticks out of any body's width."""
-    boxes = [Box(y=(1.001, 10.0)), Box(y=(-10.0, -0.001))]
-    profile = PROFILES.get(vehicle.body)
-    if profile is not None:
-        scale = np.array([vehicle.length, vehicle.width, vehicle.height])
-        size = [profile.length_m, profile.width_m, profile.height_m]
-        middle = np.array(profile.mirror_m) / size
-        reach = np.array(profile.mirror_radii_m) / size + _MIRROR_GAP_M / scale
-        (x0, y0, z0), (x1, _, z1) = (middle - reach).tolist(), (middle + reach).tolist()
-        spans = {"x": (0.5 + x0, 0.5 + x1), "z": (z0, z1)}
-        boxes += [Box(y=(0.5 + y0, 10.0), **spans), Box(y=(-10.0, 0.5 - y0), **spans)]
-    return (KeepOut(name="door mirror", boxes=tuple(boxes)),)
-
-
 def rules_for(rig: Rig, rules: MountLimits) -> MountLimits:
-    """Return the rules with the zones that they leave open: the usual ones and the door mirrors."""
+    """Return the rules with the usual zones where they name none."""
     if rules.keep_out is not None:
         return rules
-    return rules.model_copy(update={"keep_out": (*USUAL_KEEP_OUT, *door_mirrors(rig.vehicle))})
+    return rules.model_copy(update={"keep_out": usual_keep_out(rig.vehicle)})
 
 
 @dataclass(frozen=True)
@@ -428,11 +410,11 @@ def _keeps(
     foot = skin.nearest(place)
     if rules.gap_m is not None and float(np.linalg.norm(foot - place)) > rules.gap_m:
         return False
-    materials = skin.materials_at(foot) if has_materials else frozenset()
     x, y, z = foot.tolist()
+    footing = footing_of(one.sensors[0], (x, y, z), skin, has_materials)
     for at_m in ((x, y, z), (x, -y, z))[: len(one.sensors)]:
-        zones = rules.keep_out or ()
-        if is_kept_out(rig, at_m) or any(is_in_zone(zone, at_m, materials, rig, outline) for zone in zones):
+        image, zones = replace(footing, at_m=at_m), rules.keep_out or ()
+        if is_kept_out(rig, at_m) or any(is_in_zone(zone, image, rig, outline) for zone in zones):
             return False
     return True
 

@@ -18,7 +18,7 @@ from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Body, MetricSettings, Scores
 from riglens.core.review.findings import Finding, Verdict, amounts, missing
 from riglens.core.review.measures import Measures, measured_name
-from riglens.core.review.mounts import USUAL_KEEP_OUT, mounts_of, violations
+from riglens.core.review.mounts import UNNAMED_KEEP_OUT, USUAL_KEEP_OUT, mounts_of, violations
 from riglens.core.review.profiles import Profile
 from riglens.core.review.redundancy import (
     COVERED,
@@ -56,6 +56,7 @@ from riglens.core.shown_text import counted
 from riglens.core.targets.counts import Counted
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import Traffic
+from riglens.core.vehicle.solid import solid_of
 
 T = TypeVar("T")
 NOTHING_MOVES = "errors of '{}' move nothing of this rig"
@@ -423,10 +424,13 @@ class Check:
         rig = self._subject.rig
         lines = tuple(f"{line.sensor}: {line.text}" for line in violations(rig, one))
         zones = USUAL_KEEP_OUT if one.keep_out is None else one.keep_out
-        of_material = [zone.name for zone in zones if zone.material is not None]
-        if not of_material or not rig.vehicle.has_mesh_file:
+        lacks_parts = not solid_of(rig.vehicle).names_parts
+        judged = [zone.name for zone in UNNAMED_KEEP_OUT if one.keep_out is None]
+        lacking = [z.name for z in zones if z.part is not None and lacks_parts and z.name not in judged]
+        lacking += [z.name for z in zones if z.material is not None and rig.vehicle.has_mesh_file]
+        if not lacking:
             return Finding(len(lines), details=lines)
-        note = f"not judged, as a mesh file has no materials: {', '.join(of_material)}"
+        note = f"not judged, as the mesh file names no such parts: {', '.join(lacking)}"
         if one.keep_out is not None and not lines:
             return missing(note)
         return Finding(len(lines), details=(*lines, note))

@@ -13,10 +13,11 @@ from pydantic import Field, model_validator
 from riglens.core.blind.outline import Outline
 from riglens.core.geometry import Vec3
 from riglens.core.plain import Frozen
-from riglens.core.rig.model import Rig, Sensor
-from riglens.core.vehicle.housings import housing_corners_m
+from riglens.core.rig.model import Rig, Sensor, Vehicle
+from riglens.core.vehicle.housings import half_size_m, housing_corners_m
+from riglens.core.vehicle.parts import PARTS
 from riglens.core.vehicle.solid import MATERIALS, Solid, solid_of
-from riglens.core.vehicle.standing import MountStatus, mount_status, skin_of
+from riglens.core.vehicle.standing import MountStatus, Skin, mount_status, skin_of
 
 Doubles = NDArray[np.float64]
 Limit = Annotated[float, Field(allow_inf_nan=False, ge=-100.0, le=100.0)]
@@ -43,31 +44,34 @@ class Box(Frozen):
 
 
 class KeepOut(Frozen):
-    """Keep-out zone on the car: on a material, in boxes, or on a material within boxes."""
+    """Keep-out zone on the car: a part of the body or a material that the housing covers, boxes in which its place on
+    the skin lies, or all that are given at once."""
 
     name: Annotated[str, Field(min_length=1, max_length=100)]
+    part: str | None = None
     material: str | None = None
     boxes: Annotated[tuple[Box, ...], Field(max_length=100)] = ()
 
     @model_validator(mode="after")
     def _known(self) -> Self:
-        if self.material is None and not self.boxes:
-            raise ValueError("specify material, boxes or both")
-        if self.material is not None and self.material not in MATERIALS:
-            raise ValueError(f"material must be one of {', '.join(MATERIALS)} (got '{self.material}')")
+        if self.part is None and self.material is None and not self.boxes:
+            raise ValueError("specify part, material or boxes")
+        for name, known in (("part", PARTS), ("material", MATERIALS)):
+            if getattr(self, name) not in (None, *known):
+                raise ValueError(f"{name} must be one of {', '.join(known)} (got '{getattr(self, name)}')")
         return self
 
 
 _DOOR = {"x": (0.28, 0.72), "z": (0.2, 0.62)}
-USUAL_KEEP_OUT = (
-    KeepOut(name="glass", material="glass"),
-    KeepOut(name="head lamp", material="lamp"),
-    KeepOut(name="tail lamp", material="tail"),
-    KeepOut(name="number plate", material="plate"),
-    KeepOut(name="shut line", material="gap"),
+USUAL_KEEP_OUT = tuple(KeepOut(name=part, part=part) for part in PARTS if part != "body")
+"""Usual keep-out zones of bodies that name their parts: our choice."""
+UNNAMED_KEEP_OUT = (
     KeepOut(name="door", boxes=(Box(y=(0.9, 1.1), **_DOOR), Box(y=(-0.1, 0.1), **_DOOR))),
+    KeepOut(name="door mirror", boxes=(Box(y=(1.001, 10.0)), Box(y=(-10.0, -0.001)))),
 )
-"""Usual keep-out zones: our choice, as are the shares of a car's sides that are doors."""
+"""Those of a mesh that does not: our choice, as are the shares of a car's sides that are doors."""
+REACH_M = 0.02
+"""Least distance of a part from the box around a housing: room for a seal or a bracket, our choice."""
 
 
 OWN_ZONE = "of the rig"
@@ -141,26 +145,54 @@ class Violation:
     text: str
 
 
+@dataclass(frozen=True)
+class Footing:
+    """Support of a sensor: its place on the skin, the materials there, and those and the parts that its housing
+    covers."""
+
+    at_m: Vec3
+    materials: frozenset[str]
+    covers: frozenset[str]
+    parts: frozenset[str]
+
+
+def footing_of(sensor: Sensor, at_m: Vec3, skin: Skin, has_materials: bool) -> Footing:
+    """Return what a sensor stands on, at its place on the skin of a car or on a part of it around the sensor."""
+    covered = skin.covered_by(sensor.pose, half_size_m(sensor) + REACH_M)
+    parts = frozenset(PARTS[number] for number in np.unique(covered.parts).tolist())
+    if not has_materials:
+        return Footing(at_m, frozenset(), frozenset(), parts)
+    materials = skin.materials_at(np.array(at_m))
+    covers = materials | {MATERIALS[number] for number in np.unique(covered.materials).tolist()}
+    return Footing(at_m, materials, covers, parts)
+
+
 @lru_cache(maxsize=64)  # while one sensor moves, the others cost nothing
-def _footing(place_m: Vec3, solid: Solid, has_materials: bool) -> tuple[MountStatus, frozenset[str]]:
-    """Return the mount status of a place on a car, and the materials there."""
-    standing = mount_status(place_m, solid)
-    if not has_materials or standing.nearest_m is None:
-        return standing, frozenset()
-    return standing, skin_of(solid).materials_at(np.array(standing.nearest_m))
+def _footing(sensor: Sensor, solid: Solid, has_materials: bool) -> tuple[MountStatus, Footing]:
+    """Return the mount status of a sensor on a car, and what it stands on."""
+    standing = mount_status(sensor.position, solid)
+    if standing.nearest_m is None:
+        return standing, Footing(sensor.position, frozenset(), frozenset(), frozenset())
+    return standing, footing_of(sensor, standing.nearest_m, skin_of(solid), has_materials)
 
 
-def mounts_of(rig: Rig, keep_out: tuple[KeepOut, ...] = USUAL_KEEP_OUT) -> tuple[Mount, ...]:
-    """Return the mounts of the rig's enabled sensors. A mesh file has no materials: only boxes and the spots of the rig
-    apply."""
+def usual_keep_out(vehicle: Vehicle) -> tuple[KeepOut, ...]:
+    """Return the usual keep-out zones of a car."""
+    return USUAL_KEEP_OUT if solid_of(vehicle).names_parts else UNNAMED_KEEP_OUT
+
+
+def mounts_of(rig: Rig, keep_out: tuple[KeepOut, ...] | None = None) -> tuple[Mount, ...]:
+    """Return the mounts of the rig's enabled sensors, with the zones that they are in, by default of the usual ones. A
+    mesh file has no materials, and parts where its meshes or materials are called after them."""
     outline, solid = Outline.of(rig.vehicle), solid_of(rig.vehicle)
+    keep_out = usual_keep_out(rig.vehicle) if keep_out is None else keep_out
     sensors = [sensor for sensor in rig.sensors if sensor.enabled]
     found = []
     for sensor in sensors:
-        standing, materials = _footing(sensor.position, solid, not rig.vehicle.has_mesh_file)
-        where = standing.nearest_m or sensor.position
-        zones = tuple(zone.name for zone in keep_out if is_in_zone(zone, where, materials, rig, outline))
-        zones += (OWN_ZONE,) * is_kept_out(rig, where)
+        standing, footing = _footing(sensor, solid, not rig.vehicle.has_mesh_file)
+        materials = footing.materials
+        zones = tuple(zone.name for zone in keep_out if is_in_zone(zone, footing, rig, outline))
+        zones += (OWN_ZONE,) * is_kept_out(rig, footing.at_m)
         beyond = dict(zip(SIDES, beyond_m(sensor, rig, outline).tolist(), strict=True))
         found.append(
             Mount(
@@ -203,12 +235,13 @@ def is_kept_out(rig: Rig, at_m: tuple[float, float, float]) -> bool:
     return bool((np.linalg.norm(spots[:, :3] - at_m, axis=1) <= spots[:, 3]).any())
 
 
-def is_in_zone(
-    zone: KeepOut, at_m: tuple[float, float, float], materials: frozenset[str], rig: Rig, outline: Outline
-) -> bool:
-    """Return whether a sensor on the skin at a place is in a zone."""
-    if zone.material is not None and zone.material not in materials:
+def is_in_zone(zone: KeepOut, footing: Footing, rig: Rig, outline: Outline) -> bool:
+    """Return whether a sensor is in a zone."""
+    if zone.part is not None and zone.part not in footing.parts:
         return False
+    if zone.material is not None and zone.material not in footing.covers:
+        return False
+    at_m = footing.at_m
     shares = (
         (at_m[0] - outline.rear_m) / outline.length_m,
         (at_m[1] - outline.right_m) / outline.width_m,
@@ -223,8 +256,7 @@ def is_in_zone(
 
 def violations(rig: Rig, limits: MountLimits) -> tuple[Violation, ...]:
     """Return the violations of a rig's mounts, one line each, in the order of its sensors."""
-    keep_out = USUAL_KEEP_OUT if limits.keep_out is None else limits.keep_out
-    mounts = mounts_of(rig, keep_out)
+    mounts = mounts_of(rig, limits.keep_out)
     found = [Violation(mount.name, text) for mount in mounts for text in _complaints(mount, limits)]
     return (*found, *_size_complaints(rig, mounts, limits))
 

@@ -98,11 +98,14 @@ class Settings(Frozen):
                     raise InputError(
                         f"must be {size_text(wanted)}, as required (got {size_text(found)})", name
                     )
-        for data in (field and field.data, traffic and traffic.data):
-            if data is not None and self.boxes_sha256 not in (None, data.sha256):
+        for source in (field, traffic):
+            if source is None:
+                continue
+            data = source.data
+            if self.boxes_sha256 not in (None, data.sha256):
                 said = f"have SHA-256 {self.boxes_sha256}, as required (got {data.sha256 or 'none'})"
                 raise InputError(f"must {said}", "boxes")
-            if data is not None and self.frames not in (None, data.frames):
+            if self.frames not in (None, data.frames):
                 raise InputError(f"must be {self.frames}, as required (got {data.frames})", "frames")
 
 

@@ -56,7 +56,7 @@ def _day(value: object) -> object:
 
 
 LONGEST = timedelta(days=731)
-"""How far ahead a waiver may end to count: two years, our choice."""
+"""Longest time ahead at which a waiver that counts may end: two years, our choice."""
 
 
 class Waiver(Frozen):

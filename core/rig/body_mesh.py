@@ -42,13 +42,15 @@ class MeshPlacement(Frozen):
 class BodyMesh:
     """Triangles (m, 3) int32 over points (n, 3) in metres with unit normals (n, 3), float32, and colours.
 
-    `colours` are (n, 3) uint8, or None if the file says nothing about them.
+    `colours` are (n, 3) uint8, or None if the file says nothing about them; `parts` (m,) uint8, numbers in
+    `core/vehicle/parts.py`, or None if it names none.
     """
 
     points: NDArray[np.float32]
     normals: NDArray[np.float32]
     triangles: NDArray[np.int32]
     colours: NDArray[np.uint8] | None = None
+    parts: NDArray[np.uint8] | None = None
 
     @cached_property
     def sha256(self) -> str:
@@ -60,7 +62,7 @@ class BodyMesh:
         rotation = rotation_from_rpy_deg(placement.rpy_deg)
         points = placement.scale * (self.points.astype(np.float64) @ rotation.T) + placement.offset
         normals = self.normals @ rotation.T.astype(np.float32)
-        return BodyMesh(points.astype(np.float32), normals, self.triangles, self.colours)
+        return BodyMesh(points.astype(np.float32), normals, self.triangles, self.colours, self.parts)
 
     def coarse(self, cells: int) -> BodyMesh:
         """Return about the same shape from fewer points: those within a cell of a lattice become one.
@@ -75,6 +77,7 @@ class BodyMesh:
         _, first, cluster = np.unique(key, return_index=True, return_inverse=True)
         triangles = cluster.reshape(-1)[self.triangles].astype(np.int32)
         a, b, c = triangles.T
-        kept = triangles[(a != b) & (b != c) & (c != a)]
+        some = (a != b) & (b != c) & (c != a)
+        kept, parts = triangles[some], None if self.parts is None else self.parts[some]
         colours = None if self.colours is None else self.colours[first]
-        return BodyMesh(self.points[first], self.normals[first], kept, colours)
+        return BodyMesh(self.points[first], self.normals[first], kept, colours, parts)

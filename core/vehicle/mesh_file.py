@@ -76,7 +76,7 @@ def _unpacked(packed: bytes, where: str) -> BodyMesh:
         with np.load(io.BytesIO(packed), allow_pickle=False) as arrays:
             return BodyMesh(
                 arrays["points"], arrays["normals"], arrays["triangles"],
-                arrays.get("colours"),
+                arrays.get("colours"), arrays.get("parts"),
             )  # fmt: skip
     except Exception as error:  # the other process ended in the middle of its answer
         raise InputError(f"{where}: cannot be read: the reading process was interrupted") from error

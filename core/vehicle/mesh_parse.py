@@ -23,6 +23,7 @@ from riglens.core.errors import InputError
 from riglens.core.limited_process import serve
 from riglens.core.rig.yaml.nodes import shortened
 from riglens.core.vehicle.mesh_structure import GLTF, require_readable_structure
+from riglens.core.vehicle.parts import part_called
 
 MAX_BYTES = 200_000_000
 MAX_TRIANGLES = 500_000
@@ -92,7 +93,8 @@ class FolderResolver(Resolver):
 
 
 def parse_mesh(path: Path) -> Arrays:
-    """Return the arrays points, normals, triangles and perhaps colours of a mesh file; InputError with the reason."""
+    """Return the arrays points, normals, triangles, perhaps colours and parts of a mesh file; InputError with the
+    reason."""
     resolver = FolderResolver(path.parent)
     suffix = path.suffix.lower()
     try:
@@ -116,8 +118,9 @@ def parse_mesh(path: Path) -> Arrays:
         raise InputError(resolver.refused or f"not a readable {suffix} file ({why})") from error
 
 
-def _parts(scene: Any, merges: bool) -> list[tuple[Any, NDArray[np.float64]]]:
-    """Return every mesh of the scene with its place in it, (4, 4); instances count as often as they are drawn.
+def _parts(scene: Any, merges: bool) -> list[tuple[Any, NDArray[np.float64], int]]:
+    """Return every mesh of the scene with its place in it, (4, 4), and the part of the car that node, mesh or material
+    are called after; instances count as often as they are drawn.
 
     merges: whether vertices of the same place become one, as formats need that write a vertex for each triangle.
     """
@@ -134,7 +137,9 @@ def _parts(scene: Any, merges: bool) -> list[tuple[Any, NDArray[np.float64]]]:
             triangles += len(mesh.faces)
             if triangles > MAX_TRIANGLES:
                 raise InputError(f"has more than {MAX_TRIANGLES:,} triangles; simplify it first")
-            parts.append((mesh, np.asarray(place, dtype=np.float64)))
+            material = getattr(getattr(mesh.visual, "material", None), "name", None)
+            called = (part_called(str(one)) for one in (material or "", name, node))
+            parts.append((mesh, np.asarray(place, dtype=np.float64), next(filter(None, called), 0)))
     return parts
 
 
@@ -148,11 +153,17 @@ def _check_indices(mesh: Any, name: str) -> None:
         raise InputError(f"{where}: vertex numbers must be 0 to {count - 1} (got {faces[row, corner]})")
 
 
-def _joined(parts: list[tuple[Any, NDArray[np.float64]]], upright: bool) -> Arrays:
+def _joined(parts: list[tuple[Any, NDArray[np.float64], int]], upright: bool) -> Arrays:
     """Return all parts as one mesh; glTF's y up, z ahead and x left become z up, x ahead and y left."""
-    pieces: dict[str, list[NDArray[Any]]] = {"points": [], "normals": [], "triangles": [], "colours": []}
-    count, coloured = 0, any(_colours(mesh) is not None for mesh, _ in parts)
-    for mesh, place in parts:
+    pieces: dict[str, list[NDArray[Any]]] = {
+        "points": [],
+        "normals": [],
+        "triangles": [],
+        "colours": [],
+        "parts": [],
+    }
+    count, coloured = 0, any(_colours(mesh) is not None for mesh, *_ in parts)
+    for mesh, place, part in parts:
         place = _Y_UP @ place if upright else place
         corners, normals, triangles = _creased(mesh)
         points = mesh.vertices[corners] @ place[:3, :3].T + place[:3, 3]
@@ -163,11 +174,16 @@ def _joined(parts: list[tuple[Any, NDArray[np.float64]]], upright: bool) -> Arra
         pieces["normals"].append(turned / np.maximum(np.linalg.norm(turned, axis=1, keepdims=True), 1e-12))
         pieces["triangles"].append(triangles + count)
         pieces["colours"].append(colours[corners])
+        pieces["parts"].append(np.full(len(triangles), part))
         count += len(points)
-    types = {"points": np.float32, "normals": np.float32, "triangles": np.int32, "colours": np.uint8}
+    types = {
+        "points": np.float32, "normals": np.float32, "triangles": np.int32, "colours": np.uint8, "parts": np.uint8,
+    }  # fmt: skip
     arrays = {name: np.concatenate(pieces[name]).astype(kind) for name, kind in types.items()}
     if not coloured:
         del arrays["colours"]
+    if not arrays["parts"].any():
+        del arrays["parts"]
     if not np.isfinite(arrays["points"]).all() or np.abs(arrays["points"]).max() > FARTHEST:
         raise InputError(f"has points that are not finite numbers, or beyond {FARTHEST:g}")
     return arrays

@@ -56,6 +56,17 @@ class ShutLine:
 
 
 @dataclass(frozen=True)
+class Region:
+    """A part of the body that opens: a polygon in `plane` on the side that faces along `facing`, at least `beyond_m`
+    from the origin that way."""
+
+    plane: Plane
+    facing: Facing
+    polygon: Polygon
+    beyond_m: float = 0.0
+
+
+@dataclass(frozen=True)
 class RoundedBlock:
     """A box with rounded edges from corner `low` to `high`, metres; `on_both_sides` adds its image at -y."""
 
@@ -94,3 +105,5 @@ class BodyProfile:
     blocks: tuple[RoundedBlock, ...] = ()
     mirror_arms: tuple[RoundedBlock, ...] = ()
     mirror_decals: tuple[Decal, ...] = ()
+    doors: tuple[Region, ...] = ()
+    lids: tuple[Region, ...] = ()

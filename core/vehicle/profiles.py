@@ -3,7 +3,15 @@
 from __future__ import annotations
 
 from riglens.core.rig.model import Vehicle
-from riglens.core.vehicle.profile import BodyProfile, CabinOutline, Decal, RoundedBlock, ShutLine, Station
+from riglens.core.vehicle.profile import (
+    BodyProfile,
+    CabinOutline,
+    Decal,
+    Region,
+    RoundedBlock,
+    ShutLine,
+    Station,
+)
 
 SEDAN = BodyProfile(
     length_m=4.6,
@@ -77,6 +85,34 @@ SEDAN = BodyProfile(
         Decal("trim", "xz", "|y|", ((-0.285, 0.95), (-0.255, 1.37), (-0.335, 1.37), (-0.365, 0.95))),
     ),
     mirror_m=(0.70, 0.985, 0.965),
+    doors=(
+        Region(
+            "xz",
+            "|y|",
+            (
+                (0.80, 0.93),
+                (0.84, 0.66),
+                (0.76, 0.36),
+                (0.70, 0.30),
+                (-0.86, 0.30),
+                (-0.92, 0.40),
+                (-1.08, 0.74),
+                (-1.30, 0.965),
+                (-1.25, 1.13),
+                (-0.80, 1.38),
+                (-0.26, 1.40),
+                (0.24, 1.385),
+                (0.79, 0.97),
+            ),
+        ),
+    ),
+    lids=(
+        Region(
+            "xy", "+z", ((1.10, -1.0), (1.10, 0.74), (1.60, 0.69), (2.16, 0.56), (2.24, 0.40), (2.27, -1.0))
+        ),
+        Region("xy", "+z", ((-1.80, -1.0), (-1.80, 0.62), (-2.0, 0.70), (-2.4, 0.68), (-2.4, -1.0))),
+        Region("yz", "-x", ((-1.0, 0.62), (0.62, 0.62), (0.70, 1.06), (-1.0, 1.06)), 1.9),
+    ),
 )
 """The sedan."""
 
@@ -183,6 +219,37 @@ SUV = BodyProfile(
         RoundedBlock("trim", (-0.32, 0.57, 1.68), (-0.22, 0.605, 1.765), 0.012, on_both_sides=True),
         RoundedBlock("paint", (-2.24, -0.56, 1.655), (-1.98, 0.56, 1.70), 0.022),
     ),
+    doors=(
+        Region(
+            "xz",
+            "|y|",
+            (
+                (0.82, 1.11),
+                (0.86, 0.80),
+                (0.78, 0.54),
+                (0.72, 0.48),
+                (-0.86, 0.48),
+                (-0.94, 0.58),
+                (-1.12, 0.92),
+                (-1.30, 1.15),
+                (-1.25, 1.68),
+                (-0.30, 1.69),
+                (0.34, 1.67),
+                (0.82, 1.15),
+            ),
+        ),
+    ),
+    lids=(
+        Region(
+            "xy", "+z", ((1.06, -1.0), (1.06, 0.74), (1.60, 0.76), (2.05, 0.68), (2.155, 0.46), (2.185, -1.0))
+        ),
+        Region(
+            "yz",
+            "-x",
+            ((-1.0, 0.66), (0.66, 0.66), (0.72, 0.92), (0.76, 1.16), (0.62, 1.73), (-1.0, 1.73)),
+            1.9,
+        ),
+    ),
 )
 """The SUV: two boxes, high on large wheels, dark cladding below, rails on the roof."""
 
@@ -262,6 +329,27 @@ VAN = BodyProfile(
     cabin_bow_m=0.07,
     mirror_m=(1.52, 1.06, 1.36),
     mirror_radii_m=(0.08, 0.12, 0.15),
+    doors=(
+        Region(
+            "xz",
+            "|y|",
+            (
+                (1.46, 1.22),
+                (1.30, 0.90),
+                (1.22, 0.46),
+                (1.14, 0.38),
+                (-0.85, 0.38),
+                (-0.85, 2.08),
+                (0.56, 2.08),
+                (1.16, 1.98),
+                (1.70, 1.28),
+            ),
+        ),
+    ),
+    lids=(
+        Region("xy", "+z", ((1.95, -1.0), (1.95, 0.86), (2.30, 0.80), (2.52, 0.62), (2.58, -1.0))),
+        Region("yz", "-x", ((-1.0, 0.53), (0.83, 0.53), (0.83, 1.27), (0.80, 2.14), (-1.0, 2.14)), 2.3),
+    ),
 )
 """The van: one tall box behind a short hood, sliding door, glass along the sides."""
 
@@ -338,6 +426,26 @@ TRUCK = BodyProfile(
     mirror_arms=(
         RoundedBlock("trim", (3.80, 1.10, 2.20), (3.88, 1.42, 2.24), 0.015, on_both_sides=True),
         RoundedBlock("trim", (3.80, 1.10, 1.74), (3.88, 1.42, 1.78), 0.015, on_both_sides=True),
+    ),
+    doors=(
+        Region(
+            "xz",
+            "|y|",
+            (
+                (3.90, 1.60),
+                (3.86, 1.10),
+                (3.70, 0.66),
+                (3.0, 0.66),
+                (2.92, 1.10),
+                (2.92, 2.46),
+                (3.76, 2.46),
+            ),
+            0.9,
+        ),
+    ),
+    lids=(
+        Region("yz", "+x", ((-1.2, 0.62), (1.06, 0.62), (1.06, 1.52), (-1.2, 1.52)), 3.0),
+        Region("yz", "-x", ((-1.2, 1.16), (1.20, 1.16), (1.20, 3.40), (-1.2, 3.40)), 3.5),
     ),
 )
 """The truck: a cab over the front axle and a cargo box on a ladder frame."""

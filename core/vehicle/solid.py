@@ -16,6 +16,7 @@ from riglens.core.geometry import Pose
 from riglens.core.rig.model import Vehicle
 from riglens.core.sensors.registry import kind_of
 from riglens.core.vehicle.body import body_parts
+from riglens.core.vehicle.parts import parts_of_profile
 
 if TYPE_CHECKING:
     from riglens.core.kernels.body.solid import Tree
@@ -50,7 +51,8 @@ class Housing:
 
 @dataclass(frozen=True)
 class Solid:
-    """Triangles triangles_m (t, 3, 3) with materials (t,), numbers in MATERIALS, in a tree of boxes.
+    """Triangles triangles_m (t, 3, 3) with materials (t,), numbers in MATERIALS, and parts (t,), numbers in PARTS, in a
+    tree of boxes.
 
     Two solids with the same `fingerprint` are equal: they stop the same rays at the same places. With `housings`,
     `owners` (t,) is the place in them of each triangle, and their number for the triangles of the body, `body`.
@@ -58,6 +60,7 @@ class Solid:
 
     triangles_m: NDArray[np.float64] = field(compare=False, repr=False)
     materials: NDArray[np.uint8] = field(compare=False, repr=False)
+    parts: NDArray[np.uint8] = field(compare=False, repr=False)
     tree: Tree = field(compare=False, repr=False)
     fingerprint: str
     housings: tuple[Housing, ...] = ()
@@ -68,17 +71,29 @@ class Solid:
     """Fingerprint of the same without housings, where it has any."""
 
     @classmethod
-    def of(cls, triangles_m: NDArray[np.floating], materials: NDArray[np.integer] | None = None) -> Solid:
+    def of(
+        cls,
+        triangles_m: NDArray[np.floating],
+        materials: NDArray[np.integer] | None = None,
+        parts: NDArray[np.integer] | None = None,
+    ) -> Solid:
         """Return the solid of triangles (t, 3, 3), of paint by default; triangles without an area are left out.
 
         No triangles at all is fine: nothing stops any ray.
         """
         corners = np.array(triangles_m, np.float64).reshape(-1, 3, 3)
         kinds = np.zeros(len(corners), np.uint8) if materials is None else np.asarray(materials, np.uint8)
+        named = np.zeros(len(corners), np.uint8) if parts is None else np.asarray(parts, np.uint8)
         area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-        corners, kinds = np.ascontiguousarray(corners[area > 0.0]), kinds[area > 0.0]
+        some = area > 0.0
+        corners, kinds, named = np.ascontiguousarray(corners[some]), kinds[some], named[some]
         digest = hashlib.sha256(corners.tobytes() + kinds.tobytes())
-        return cls(corners, kinds, _tree(corners), digest.hexdigest())
+        return cls(corners, kinds, named, _tree(corners), digest.hexdigest())
+
+    @property
+    def names_parts(self) -> bool:
+        """Return whether the body says which triangles are glass, doors and other parts."""
+        return bool(self.parts.any())
 
     @property
     def count(self) -> int:
@@ -112,6 +127,7 @@ def joined(solid: Solid, housings: tuple[Housing, ...], parts: Sequence[NDArray[
     return Solid(
         np.concatenate([solid.triangles_m, more]),
         np.concatenate([solid.materials, np.zeros(len(more), np.uint8)]),
+        np.concatenate([solid.parts, np.zeros(len(more), np.uint8)]),
         _both(solid.tree, _tree(more)),
         digest,
         housings,
@@ -147,7 +163,7 @@ def _tree(corners: NDArray[np.float64]) -> Tree:
 @lru_cache(maxsize=2)
 def _standing(solid: Solid, stance: Pose) -> Solid:
     """Return the same solid, moved and turned."""
-    return Solid.of(stance.transform(solid.triangles_m), solid.materials)
+    return Solid.of(stance.transform(solid.triangles_m), solid.materials, solid.parts)
 
 
 @lru_cache(maxsize=4)
@@ -155,8 +171,10 @@ def _solid(vehicle: Vehicle) -> Solid:
     """Return the same object for the same body, so that structures built from it are reused."""
     if vehicle.body_mesh is not None:
         placed = vehicle.body_mesh.placed(vehicle.mesh)
-        return Solid.of(placed.points[placed.triangles])
+        return Solid.of(placed.points[placed.triangles], parts=placed.parts)
     parts = body_parts(vehicle)
     triangles = [part.surface.points[part.surface.triangles] for part in parts]
     kinds = [np.full(len(t), MATERIALS.index(p.material)) for t, p in zip(triangles, parts, strict=True)]
-    return Solid.of(np.concatenate(triangles), np.concatenate(kinds))
+    corners, materials = np.concatenate(triangles), np.concatenate(kinds)
+    named = parts_of_profile(vehicle, corners.astype(np.float64), MATERIALS, materials)
+    return Solid.of(corners, materials, named)

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.geometry import Vec3
+from riglens.core.geometry import Pose, Vec3
 from riglens.core.rig.model import Rig
+from riglens.core.vehicle.parts import overlaps
 from riglens.core.vehicle.placing import FAR_M
 from riglens.core.vehicle.solid import MATERIALS, Solid, solid_of
 
@@ -146,13 +147,14 @@ def _even_directions(count: int) -> Points:
 
 class Skin(NamedTuple):
     """Triangles (t, 3, 3) of a surface, their unit normals and the corners low, high (t, 3) of the boxes around them,
-    and the numbers of their materials (t,)."""
+    and the numbers of their materials and parts (t,)."""
 
     triangles: Points
     normals: Points
     low: Points
     high: Points
     materials: NDArray[np.uint8]
+    parts: NDArray[np.uint8]
 
     def near(self, place: Points, reach_m: float) -> Skin:
         """Return the part with triangles whose boxes come that near along each axis."""
@@ -160,8 +162,12 @@ class Skin(NamedTuple):
         for axis in range(3):  # few are left after the first
             is_near = self.low[some, axis] <= place[axis] + reach_m
             some = some[is_near & (self.high[some, axis] >= place[axis] - reach_m)]
-        parts = self.triangles[some], self.normals[some], self.low[some], self.high[some]
-        return Skin(*parts, self.materials[some])
+        return self.only(some)
+
+    def only(self, some: NDArray[Any]) -> Skin:
+        """Return some of the triangles, by their numbers or flags."""
+        places = self.triangles[some], self.normals[some], self.low[some], self.high[some]
+        return Skin(*places, self.materials[some], self.parts[some])
 
     def nearest(self, place: Points) -> Points:
         """Return the point of the surface (3,) nearest to a place.
@@ -174,6 +180,13 @@ class Skin(NamedTuple):
         some = np.einsum("ij,ij->i", outside, outside) <= most
         points = _nearest_of_each(place, self.triangles[some], self.normals[some])
         return np.asarray(points[np.linalg.norm(points - place, axis=1).argmin()])
+
+    def covered_by(self, pose: Pose, half_m: Points) -> Skin:
+        """Return the part that a box of half sides (3,) around a pose meets."""
+        turn, middle = pose.rotation(), np.array(pose.position_m)
+        near = self.near(middle, float(np.linalg.norm(half_m)))
+        met = overlaps(half_m, (near.triangles - middle) @ turn) if len(near.low) else np.zeros(0, np.bool_)
+        return near.only(met)
 
     def materials_at(self, point: Points, within_m: float = 1e-6) -> frozenset[str]:
         """Return the names of the materials at a point of the surface: several where parts meet there."""
@@ -190,7 +203,7 @@ def skin_of(solid: Solid) -> Skin:
     normals = _cross(b - a, c - a)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     low, high = solid.triangles_m.min(axis=1), solid.triangles_m.max(axis=1)
-    return Skin(solid.triangles_m, normals, low, high, solid.materials)
+    return Skin(solid.triangles_m, normals, low, high, solid.materials, solid.parts)
 
 
 def _cross(a: Points, b: Points) -> Points:

@@ -133,7 +133,7 @@ def test_several_rigs_are_checked_each_with_hashes_of_all_that_counts(riglens, t
 
 def test_rigs_of_one_name_are_told_apart_in_every_output(riglens, small_rig, tmp_path):
     other = tmp_path / "other.yaml"
-    other.write_text(small_rig.read_text())
+    other.write_text(small_rig.read_text(encoding="utf-8"), encoding="utf-8")
     asked, junit = required(tmp_path, SMALL_FILE), tmp_path / "check.xml"
     words = ("check", small_rig, other, "--requirements", asked, "--junit", junit, "--github")
     found = riglens(*words, "--json", tmp_path / "check.json")
@@ -177,18 +177,20 @@ def test_options_that_contradict_the_file_are_refused(riglens, boxes, tmp_path, 
     assert "--roi must be 60 × 40 × 4 m, as" in riglens(*words).refused()
     pog = tmp_path / "a.npz"
     assert riglens("data", "build", boxes, "--out", pog, *SMALL_GRID).code == 0
-    assert "must be" in riglens("check", "W+T", "--requirements", asked, "--pog", pog).refused()
+    found = riglens("check", "W+T", "--requirements", asked, "--pog", pog)
+    assert found.code == 2 and "--voxel must be" in found.err.splitlines()[-1]
 
 
 def test_a_profile_that_differs_from_the_bundled_one_of_its_name_is_refused(riglens, tmp_path):
     own = tmp_path / "own.yaml"
-    bundled = asset_path("review/blind.yaml").read_text()
+    bundled = asset_path("review/blind.yaml").read_text(encoding="utf-8")
     asked = required(tmp_path, HEAD + "blind_objects: [{profile: un-r158-detection}]")
     words = ("check", "Center", "--requirements", asked, "--profile", own)
-    own.write_text(bundled)
+    own.write_text(bundled, encoding="utf-8")
     assert riglens(*words).code == 1
     own.write_text(
-        bundled.replace("object: {height: 0.8, diameter: 0.3}", "object: {height: 1.8, diameter: 0.9}", 1)
+        bundled.replace("object: {height: 0.8, diameter: 0.3}", "object: {height: 1.8, diameter: 0.9}", 1),
+        encoding="utf-8",
     )
     assert "'un-r158-detection' differs from the bundled one" in riglens(*words).refused()
     words = ("review", "Center", "--only", "blind", "--profile", own)

@@ -358,7 +358,7 @@ def test_gains_change_as_a_sensor_moves(town: Path) -> None:
     low = RIG.replace(sensors=(roof.replace(position=(2.0, 0.0, 0.5)), front))
     found = answers(request(1, town, work="skin"), GainsRequest(low), at_once=False)
     first, second = (one for one in found if isinstance(one, Gains))
-    assert (first.rig, second.rig) == (RIG, low) and len(first.gains) == len(second.gains) > 5
+    assert (first.rig, second.rig) == (RIG, low) and len(first.gains) == len(second.gains) > 1
     assert (first.gains >= 0.0).all() and first.gains.max() > 0.0
     assert not np.array_equal(first.gains, second.gains)
 

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from riglens.core.blind.outline import Outline
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
 from riglens.core.optimise.mounts import (
@@ -11,15 +10,13 @@ from riglens.core.optimise.mounts import (
     Move,
     candidates,
     conflicts,
-    door_mirrors,
     rules_for,
 )
 from riglens.core.optimise.spots import skin_spots
-from riglens.core.review.mounts import KeepOut, MountLimits, Overhang, is_in_zone, violations
+from riglens.core.review.mounts import KeepOut, MountLimits, Overhang, violations
 from riglens.core.rig.edits import mirrored_pose
 from riglens.core.rig.library import default_library
 from riglens.core.rig.model import PARAMETRIC_BODIES, Rig, Vehicle
-from riglens.core.vehicle.profiles import PROFILES
 from riglens.core.vehicle.solid import solid_of
 from riglens.core.vehicle.standing import skin_of
 
@@ -45,20 +42,6 @@ def test_no_place_on_the_skin_is_left_without_a_spot() -> None:
     """A Poisson disk: fewer spots by a larger distance, and no two sets of a distance differ much."""
     few, some, many = (len(skin_spots(Vehicle(), spacing)) for spacing in (0.8, 0.4, 0.2))
     assert few < some / 2 < some < many / 2
-
-
-@pytest.mark.parametrize("body", PARAMETRIC_BODIES)
-def test_door_mirrors_are_a_zone(body: str) -> None:
-    car = Vehicle(body=body, length=5.0, width=2.0, height=1.9)
-    (zone,), rig, outline = door_mirrors(car), Rig(vehicle=car), Outline.of(car)
-    profile = PROFILES[body]
-    scale = np.array(
-        [car.length / profile.length_m, car.width / profile.width_m, car.height / profile.height_m]
-    )
-    for side in (1.0, -1.0):
-        x, y, z = (np.array(profile.mirror_m) * scale).tolist()
-        assert is_in_zone(zone, (x, side * y, z), frozenset(), rig, outline)
-        assert not is_in_zone(zone, (0.0, side * 0.3, car.height), frozenset(), rig, outline)
 
 
 @pytest.mark.parametrize("seed", range(4))

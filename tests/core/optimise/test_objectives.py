@@ -16,6 +16,7 @@ from riglens.core.optimise.objectives import WORST, objective_named
 from riglens.core.optimise.problem import Problem
 from riglens.core.optimise.tables import UNIT, CoverTable
 from riglens.core.optimise.weights import EVEN, Weights
+from riglens.core.review.mounts import MountLimits
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.targets.engine import TargetEngine
@@ -34,7 +35,8 @@ WITH_TABLES = (
     "s_ms",
     "blind_m2",
 )
-ADDED = Additions(("generic-16",), spots_m=0.9, tilts_deg=(0.0,))
+ANYWHERE = MountLimits(height_m=(0.4, 100.0), spacing_m=0.25, keep_out=())
+ADDED = Additions(("generic-16",), rules=ANYWHERE, spots_m=0.9, tilts_deg=(0.0,))
 
 
 @pytest.fixture(scope="module")

@@ -35,7 +35,8 @@ from tests.core.builders import grid_of, random_field
 from tests.core.optimise.problems import done, proposed
 from tests.core.targets.cases import random_traffic
 
-ADDED = Additions(("generic-16",), 2, spots_m=0.7, tilts_deg=(0.0, 15.0))
+ANYWHERE = MountLimits(height_m=(0.4, 100.0), spacing_m=0.25, keep_out=())
+ADDED = Additions(("generic-16",), 2, rules=ANYWHERE, spots_m=0.7, tilts_deg=(0.0, 15.0))
 OWN = Lidar(
     name="own",
     position=(0.0, 0.0, 1.8),
@@ -297,7 +298,7 @@ def test_an_optimum_of_data_in_front_is_not_resolved_in_data_all_around(traffic:
     is_front = traffic.centre_m[:, 0] > 2.0
     front = replace(traffic, cls=np.where(is_front, traffic.cls, NO_CLASS).astype(np.uint8))
     rules = MountLimits(height_m=(0.3, 0.9), spacing_m=0.25)
-    added = Additions(("generic-16",), mirrored=False, rules=rules, spots_m=0.6, tilts_deg=(0.0,))
+    added = Additions(("generic-16",), mirrored=False, rules=rules, spots_m=0.35, tilts_deg=(0.0,))
     turn = LinearAngles(from_=-180.0, to=180.0, count=180)
     roof = OWN.replace(azimuths_deg=turn, elevations_deg=LinearAngles(from_=-15.0, to=5.0, count=6))
     bare = Rig(name="bare")

@@ -147,7 +147,7 @@ def test_a_door_is_kept_clear_and_a_roof_is_not() -> None:
     assert zones == [("top",), ()]
     with pytest.raises(ValueError, match="one of paint"):
         KeepOut(name="a", material="wood")
-    with pytest.raises(ValueError, match="specify material, boxes or both"):
+    with pytest.raises(ValueError, match="specify part, material or boxes"):
         KeepOut(name="a")
     assert {zone.name for zone in USUAL_KEEP_OUT} >= {
         "glass",
