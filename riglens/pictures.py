@@ -51,7 +51,10 @@ def render(
     rays: bool = True,
     ray_opacity: float = DEFAULT_RAYS.opacity,
     ray_density: float = DEFAULT_RAYS.density,
-    fill: Fill = "none",
+    fill: Fill = DEFAULT_RAYS.fill,
+    all_rays: bool = False,
+    draped: bool | None = None,
+    select: str | None = None,
     ground: bool = True,
     legend: bool = True,
     mesh_folder: StrPath = ".",
@@ -79,10 +82,15 @@ def render(
         Cells of the heatmap: between two heights; above a share of the colour scale (0.02); on a logarithmic scale;
         opacity of the highest values (0.5).
     rays, ray_opacity, ray_density, fill
-        Draw the rays, how strongly, and how many of them (0.125 to 8 times); fill the fields of view: "ground",
-        "frusta" or "none".
+        Draw the rays, how strongly, and how many of them (0.125 to 8 times); fields of view: footprints on the
+        "ground", "frusta" or "none".
+    all_rays, select
+        Draw the rays of every sensor; the name of the sensor that is shown as selected, with its rays.
+    draped
+        Draw the heatmap on the ground, all heights together, or as cells in space; None: in space for rigs whose
+        body is ignored, as those of the paper.
     ground, legend
-        Draw the ground with its grid, and the colour bar.
+        Draw the ground, and the colour bar.
     mesh_folder
         As for `score`; a mesh that cannot be read is warned of, and a plain box is drawn instead.
 
@@ -96,7 +104,8 @@ def render(
         Path(out), view, size_px, scale, class_name, heatmap, transparent=transparent, title=title,
         scores=scores, theme=theme, baseline=baseline.name if baseline else None, slice_m=slice_m,
         threshold=threshold, log=log, opacity=opacity, ground=ground, legend=legend,
-        rays=RayLook(rays, ray_opacity, ray_density, fill),
+        rays=RayLook(rays, ray_opacity, ray_density, fill, all_rays, lattice=all_rays), draped=draped,
+        selected=select,
     )  # fmt: skip
     require_writable(out)
     prepare_drawing()

@@ -28,13 +28,22 @@ class Palette:
     """Colours of the 3D view as `#rrggbb`; classes and axes look the same in both themes."""
 
     background: str
+    """Of plates under words."""
     background_top: str
+    horizon: str
     ground: str
-    grid_line: str
-    grid_line_strong: str
+    road: str
+    mark: str
+    ring: str
     text: str
     roi: str
     paint: str
+    traffic: str
+    bands: tuple[str, str, str, str]
+    """Footprints, from the finest band to the coarsest."""
+    band_opacity: tuple[float, float, float, float]
+    heat: tuple[str, str, str, str]
+    """Heatmap on the ground, from low to high."""
     classes: dict[str, str] = field(default_factory=lambda: dict(CLASS_COLOURS))
     axes: tuple[str, str, str] = AXIS_COLOURS
     selected: str = SELECTED_COLOUR
@@ -44,25 +53,38 @@ class Palette:
 
 
 DARK = Palette(
-    background="#1b1f26",
-    background_top="#333b47",
-    ground="#232830",
-    grid_line="#343b46",
-    grid_line_strong="#4b5563",
-    text="#c3ccd8",
+    background="#161a20",
+    background_top="#2b323c",
+    horizon="#2f3742",
+    ground="#1d2127",
+    road="#272c34",
+    mark="#8b95a3",
+    ring="#5d6a7a",
+    text="#d5dce6",
     roi="#8b98a9",
-    paint="#c9d1da",
+    paint="#e3e8ee",
+    traffic="#687386",
+    bands=("#8ff5ea", "#3fcbd8", "#2f93cf", "#3b68b8"),
+    band_opacity=(0.44, 0.36, 0.29, 0.22),
+    heat=("#6d2415", "#c8500f", "#f79a1c", "#ffe08a"),
     seam="#12151a",
 )
 LIGHT = Palette(
-    background="#f3f5f8",
-    background_top="#d3dce6",
-    ground="#e6eaef",
-    grid_line="#cfd6de",
-    grid_line_strong="#aab4c0",
-    text="#4a5563",
-    roi="#6b7786",
-    paint="#8fa3b8",
+    background="#fafbfd",
+    background_top="#c3cdd8",
+    horizon="#e3e8ee",
+    ground="#b4bdc7",
+    road="#9aa4b0",
+    mark="#f4f6f8",
+    ring="#5f6b79",
+    text="#1f2933",
+    roi="#4b5563",
+    paint="#37506b",
+    traffic="#dfe4ea",
+    bands=("#04485a", "#0b7285", "#2796b4", "#6bb7d2"),
+    band_opacity=(0.60, 0.46, 0.33, 0.26),
+    heat=("#ffc061", "#ff8a1f", "#dc3b0a", "#7a1010"),
+    selected="#0f172a",
     seam="#ffffff",
     is_dark=False,
 )

@@ -72,14 +72,20 @@ class PictureArguments:
     """Use a logarithmic colour scale of three decades."""
     opacity: Annotated[float | None, Parameter(metavar="SHARE")] = None
     """Opacity of the highest values, 0 to 1 (0.5)."""
+    draped: Annotated[bool | None, Parameter(negative="--voxels", show_default=False)] = None
+    """Draw the heatmap on the ground, all heights together, or as cells in space; the latter for rigs of the paper."""
+    select: Annotated[str | None, Parameter(metavar="SENSOR")] = None
+    """Show this sensor as selected, with its rays and labels."""
     rays: Annotated[bool, Parameter(negative="--no-rays")] = True
-    """Draw the rays of the sensors."""
+    """Draw the rays of the selected sensor, or of all with --all-rays."""
+    all_rays: bool = False
+    """Draw the rays of every sensor."""
     ray_opacity: Annotated[float, Parameter(metavar="SHARE")] = DEFAULT_RAYS.opacity
     """Opacity of the rays, 0 to 1."""
     ray_density: Annotated[float, Parameter(metavar="FACTOR")] = DEFAULT_RAYS.density
     """Factor by which the number of rays drawn changes, 0.125 to 8."""
-    fill: Annotated[Literal["none", "ground", "frusta"], Parameter(metavar="NAME")] = "none"
-    """Fill each sensor's field of view: its footprint on open ground, or the outside of the field."""
+    fill: Annotated[Literal["none", "ground", "frusta"], Parameter(metavar="NAME")] = DEFAULT_RAYS.fill
+    """Show fields of view: footprints on the ground, or the outside of the field."""
     transparent: bool = False
     """Leave the background transparent."""
     ground: Annotated[bool, Parameter(name="--ground-plane", negative="--no-ground")] = True
@@ -100,7 +106,10 @@ class PictureArguments:
             transparent=self.transparent, legend=self.legend, title=self.title, scores=self.scores,
             theme=self.theme, threshold=self.threshold, log=self.log, opacity=self.opacity,
             slice_m=self.slice_m, baseline=self.baseline,
-            rays=RayLook(self.rays, self.ray_opacity, self.ray_density, self.fill), ground=self.ground,
+            rays=RayLook(
+                self.rays, self.ray_opacity, self.ray_density, self.fill, self.all_rays, lattice=self.all_rays
+            ),
+            ground=self.ground, draped=self.draped, selected=self.select,
         )  # fmt: skip
 
 

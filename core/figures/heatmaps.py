@@ -361,7 +361,7 @@ ENTROPY = VoxelHeatMap(
 )
 SEEN_ENTROPY = VoxelHeatMap(
     key="seen",
-    title="Seen entropy",
+    title="Seen traffic",
     question="The part of the entropy in voxels that at least one sensor sees.",
     shortcut="Alt+3",
     better="more",
@@ -369,7 +369,7 @@ SEEN_ENTROPY = VoxelHeatMap(
 )
 UNSEEN_ENTROPY = VoxelHeatMap(
     key="unseen",
-    title="Unseen entropy",
+    title="Unseen traffic",
     question="The part of the entropy in voxels that no sensor sees.",
     shortcut="Alt+4",
     better="less",

@@ -57,7 +57,8 @@ class RenderRequest:
     """Request for pictures and their paths; `size_px` is width and height before `scale` enlarges both.
 
     `threshold`, `log`, `opacity` and `slice_m` are those of HeatLook; `baseline` names the rig that a heatmap
-    of changes starts from.
+    of changes starts from. `draped`: the heatmap on the ground, or as cells in space; None: in space for rigs
+    whose body is ignored, as the paper's. `selected` names the sensor whose rays are shown.
     """
 
     out: Path
@@ -78,6 +79,8 @@ class RenderRequest:
     baseline: str | None = None
     rays: RayLook = DEFAULT_RAYS
     ground: bool = True
+    draped: bool | None = None
+    selected: str | None = None
 
     def __post_init__(self) -> None:
         if self.out.suffix.lower() != ".png" and not is_stream(self.out):
@@ -211,20 +214,23 @@ def _state(
     from riglens.rendering.picture import Findings, PictureWords, with_words
     from riglens.widgets.heatmap.scale import DEFAULT_LOOK, HeatLook
 
+    rig = evaluation.rig
     look = HeatLook(
         DEFAULT_LOOK.threshold if picture.threshold is None else picture.threshold,
         picture.log,
         DEFAULT_LOOK.opacity if picture.opacity is None else picture.opacity,
         picture.slice_m,
+        rig.self_occlusion if picture.draped is None else picture.draped,
     )
-    rig = evaluation.rig
     state = replace(
         rig_state(rig, picture.theme),
         solid_body=rig.vehicle if evaluation.settings.body == "blocks" else None,
         grid=field.grid, heatmap=cells, heat_look=look, ray_look=picture.rays, show_ground=picture.ground,
+        selected=picture.selected,
     )  # fmt: skip
     words = PictureWords(picture.legend, picture.title, picture.scores)
-    return with_words(state, words, Findings(rig, evaluation.scores, evaluation.settings, field))
+    made = with_words(state, words, Findings(rig, evaluation.scores, evaluation.settings, field))
+    return replace(made, show_selection=picture.selected is not None)
 
 
 def draw(state: SceneState, picture: RenderRequest, monitor: Monitor = SILENT) -> None:

@@ -114,7 +114,15 @@ def _ground(k: int, dark: bool) -> NDArray[np.uint8]:
     return render_still(shown, SIZE_PX, view="top" if k else "iso")
 
 
+def _first(dark: bool) -> NDArray[np.uint8]:
+    """The first view: heatmap and footprints on the ground, a camera selected."""
+    shown = state("seen", dark, PictureWords(), HeatLook(draped=True))
+    return render_still(replace(shown, selected="front", show_selection=True), SIZE_PX, view="iso")
+
+
 PICTURES: dict[str, Callable[[], NDArray[np.uint8]]] = {
+    "first-dark": lambda: _first(True),
+    "first-light": lambda: _first(False),
     "seen": _seen,
     "sensors": _sensors,
     "change": _change,

@@ -12,11 +12,11 @@ from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from riglens.core.rig.body_mesh import BodyMesh
 from riglens.core.rig.model import Vehicle
-from riglens.widgets.car.materials import baked_actors, car_materials
+from riglens.widgets.car.materials import Painted, car_materials, painted
 from riglens.widgets.car.parts import drawn_parts
 from riglens.widgets.car.stand_in import stand_in_parts
 from riglens.widgets.drawing.actors import exchange, rgba_actor, surface_actor
-from riglens.widgets.drawing.camera import Points, ViewRay
+from riglens.widgets.drawing.camera import OrbitCamera, Points, ViewRay
 from riglens.widgets.drawing.surface import join, set_normals
 from riglens.widgets.theme import Palette
 
@@ -33,6 +33,9 @@ class BodyLayer:
         self._quick_actors: list[pv.Actor] = []
         self._shadows: list[pv.Actor] = []
         self._quick = False
+        self._painted: list[Painted] = []
+        self._mirrored: object = None
+        self._is_dark = True
         self._solid = pv.PolyData()
         self._locator: vtkStaticCellLocator | None = None
 
@@ -41,9 +44,11 @@ class BodyLayer:
         body_mesh = vehicle.body_mesh
         if body_mesh is None:
             parts = stand_in_parts(vehicle) if vehicle.lacks_mesh else drawn_parts(vehicle)
-            actors = [surface_actor(mesh, car_materials(palette)[name]) for name, mesh in parts.items()]
-            solid, quick = join(list(parts.values())), baked_actors(parts, palette)
+            self._painted = painted(parts, vehicle, palette)
+            actors = quick = [part.actor for part in self._painted]
+            solid = join(list(parts.values()))
         else:
+            self._painted = []
             placed = body_mesh.placed(vehicle.mesh)
             solid = mesh_surface(placed)
             actors = quick = [_mesh_actor(solid, palette)]
@@ -51,6 +56,7 @@ class BodyLayer:
                 quick = [_mesh_actor(mesh_surface(placed.coarse(_QUICK_CELLS)), palette)]
         self._exchange(actors, quick, rgba_actor(shadow_mesh(vehicle), "rgba"))
         self._solid, self._locator = solid, None
+        self._mirrored, self._is_dark = None, palette.is_dark
 
     def _exchange(self, actors: list[pv.Actor], quick: list[pv.Actor], shadow: pv.Actor) -> None:
         exchange(
@@ -70,6 +76,14 @@ class BodyLayer:
             actor.visibility = False
         for actor in shown:
             actor.visibility = True
+
+    def arrange(self, camera: OrbitCamera) -> None:
+        """Paint on what the car mirrors towards the viewer, unless something moves."""
+        if self._quick or self._mirrored == camera:
+            return
+        self._mirrored = camera
+        for part in self._painted:
+            part.mirror(camera.position_m(), self._is_dark)
 
     def hit(self, ray: ViewRay) -> tuple[Points, Points] | None:
         """Return where a view ray first meets the car: point (3,) in metres and unit normal (3,) towards the viewer."""

@@ -13,19 +13,16 @@ from vtkmodules.util.numpy_support import numpy_to_vtkIdTypeArray, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkDataArray, vtkIdTypeArray
 from vtkmodules.vtkRenderingCore import vtkPolyDataMapper, vtkProp, vtkRenderer
 
-from riglens.widgets.theme import rgb
-
 
 @dataclass(frozen=True)
 class Material:
-    """A Phong material; colours `#rrggbb`, the rest as in VTK; `sky` is mirrored where it looks up."""
+    """A Phong material; the colour is `#rrggbb`, the rest as in VTK."""
 
     colour: str
     ambient: float = 0.25
     diffuse: float = 0.75
     specular: float = 0.1
     power: float = 20.0
-    sky: str = ""
 
 
 def surface_actor(mesh: pv.PolyData, material: Material, colours: str = "") -> pv.Actor:
@@ -35,25 +32,9 @@ def surface_actor(mesh: pv.PolyData, material: Material, colours: str = "") -> p
     prop.color, prop.ambient, prop.diffuse = material.colour, material.ambient, material.diffuse
     prop.specular, prop.specular_power = material.specular, material.power
     prop.interpolation = "Phong"
-    if material.sky:
-        mesh["rgb"] = np.asarray(255.0 * surface_colours(mesh, material), dtype=np.uint8)
-        _colour_by_array(actor, "rgb")
     if colours:
         _colour_by_array(actor, colours)
     return actor
-
-
-def surface_colours(mesh: pv.PolyData, material: Material) -> NDArray[np.float64]:
-    """Return the colours of the points of a mesh before any light falls on them, 0 to 1: (n, 3), or (1, 3) if all are
-    alike.
-
-    What looks up is brightened towards the colour of the sky: a reflection that costs nothing per frame.
-    """
-    low = np.array(rgb(material.colour))
-    if not material.sky:
-        return low[None, :]
-    up = np.clip(np.asarray(mesh.point_data["Normals"])[:, 2:3], 0.0, 1.0) ** 1.5
-    return np.asarray(low + (np.array(rgb(material.sky)) - low) * up)
 
 
 def numpy_of(array: vtkDataArray) -> NDArray[Any]:

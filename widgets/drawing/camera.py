@@ -19,7 +19,7 @@ Pixel = tuple[float, float]
 VIEWS = ("iso", "top", "front", "left", "rear")
 """The views of a picture; the window has the right side, too."""
 _DIRECTION_DEG = {
-    "iso": (-52.0, 24.0),
+    "iso": (-149.0, 18.5),
     "top": (-90.0, 90.0),
     "front": (0.0, 0.0),
     "left": (90.0, 0.0),
@@ -27,6 +27,7 @@ _DIRECTION_DEG = {
     "right": (-90.0, 0.0),
 }
 _FIT_BOX = (np.array([0.02, 0.03]), np.array([0.98, 0.87]))
+_FIRST_ASPECT = 1.6
 _MIN_DISTANCE_M, _MAX_DISTANCE_M = 0.3, 2000.0
 
 
@@ -167,17 +168,25 @@ def view_camera(
         raise InputError(f"view must be {', '.join(_DIRECTION_DEG)} (got '{name}')")
     azimuth, elevation = _DIRECTION_DEG[name]
     if name == "iso" and wide:
-        return _fitted(OrbitCamera((0.0, 0.0, 0.0), 1.0, azimuth, elevation + 6.0), _corners_m(grid), aspect)
+        around = OrbitCamera((0.0, 0.0, 0.0), 1.0, azimuth, elevation + 11.5)
+        return _fitted(around, _corners_m(grid), aspect)
+    if name == "iso":
+        return _first_view(aspect, car_m)
     longer_m, taller_m = max(0.0, car_m[0] - 4.6), max(0.0, car_m[1] - 1.45)
-    tall_m, long_m = {
-        "iso": (7.2 + 0.5 * longer_m + taller_m, 9.5 + longer_m),
-        "top": (grid.roi_m[1] * 1.14, grid.roi_m[0] * 1.10),
-    }.get(name, (4.6 + 1.4 * taller_m, 7.4 + 1.2 * longer_m))
-    middle_m = 0.5 * taller_m
-    focal = {"iso": (0.0, 0.0, 1.1 + middle_m), "top": (0.0, 0.0, 0.0)}.get(name, (0.0, 0.0, 1.45 + middle_m))
-    camera = OrbitCamera(focal, 1.0, azimuth, elevation, parallel=name != "iso")
+    side_m = (4.6 + 1.4 * taller_m, 7.4 + 1.2 * longer_m)
+    tall_m, long_m = (grid.roi_m[1] * 1.14, grid.roi_m[0] * 1.10) if name == "top" else side_m
+    focal = (0.0, 0.0, 0.0 if name == "top" else 1.45 + 0.5 * taller_m)
+    camera = OrbitCamera(focal, 1.0, azimuth, elevation, parallel=True)
     distance = max(tall_m, long_m / aspect) / 2 / math.tan(math.radians(camera.view_angle_deg) / 2)
     return replace(camera, distance_m=distance)
+
+
+def _first_view(aspect: float, car_m: tuple[float, float]) -> OrbitCamera:
+    """Return the view from behind: the car a quarter of the width, and what sensors see of the road ahead of it."""
+    azimuth, elevation = _DIRECTION_DEG["iso"]
+    scale = max(1.0, car_m[0] / 4.6, car_m[1] / 1.45) * max(1.0, _FIRST_ASPECT / aspect) ** 0.7
+    focal = (4.9 * scale, -0.8 * scale, 0.05)
+    return OrbitCamera(focal, 18.6 * scale, azimuth, elevation, view_angle_deg=34.0)
 
 
 def _corners_m(grid: VoxelGrid) -> Points:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import matplotlib
 import numpy as np
 import pyvista as pv
@@ -81,6 +83,24 @@ def flat_actor(mesh: pv.PolyData) -> vtkActor2D:
     return actor
 
 
+class Box(NamedTuple):
+    """A rectangle of pixels, counted from the lower left."""
+
+    left: float
+    low: float
+    width: float
+    height: float
+
+    def meets(self, other: Box, margin_px: float = 0.0) -> bool:
+        """Return whether two rectangles overlap or are closer than a margin."""
+        return (
+            self.left - margin_px < other.left + other.width
+            and other.left < self.left + self.width + margin_px
+            and self.low - margin_px < other.low + other.height
+            and other.low < self.low + self.height + margin_px
+        )
+
+
 class Plate:
     """A rectangle behind text, nearly opaque."""
 
@@ -88,6 +108,11 @@ class Plate:
         self._mesh = pv.PolyData(np.zeros((4, 3)), [4, 0, 1, 2, 3])
         self.actor = flat_actor(self._mesh)
         self.actor.GetProperty().SetOpacity(_PLATE_OPACITY)
+
+    def box(self) -> Box | None:
+        """Return what it covers; None while it is hidden."""
+        left, right, low, high = self._mesh.bounds[:4]
+        return Box(left, low, right - left, high - low) if self.actor.GetVisibility() else None
 
     def set_colour(self, colour: str) -> None:
         """Fill it with a `#rrggbb` colour."""

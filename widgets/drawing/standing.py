@@ -26,11 +26,18 @@ class Standing:
 
     The static part takes several times as long as the moving one. With another haze it is therefore drawn in `parts`,
     beside the picture that frames in between are laid over; haze that follows closely waits (`is_due`), so that it gets
-    at most a third of the time. Large clear surfaces below everything else, `low`, are drawn with the haze.
+    at most a third of the time. Large clear surfaces below everything else, `low`, are drawn with the haze; those in
+    `over` lie over what may move, so they are drawn with that in every frame.
     """
 
-    def __init__(self, stage: Stage, clock: Clock = perf_counter, low: tuple[vtkProp, ...] = ()) -> None:
-        self._stage, self._clock, self._low = stage, clock, frozenset(low)
+    def __init__(
+        self,
+        stage: Stage,
+        clock: Clock = perf_counter,
+        low: tuple[vtkProp, ...] = (),
+        over: tuple[vtkProp, ...] = (),
+    ) -> None:
+        self._stage, self._clock, self._low, self._over = stage, clock, frozenset(low), frozenset(over)
         self._haze_due_s = 0.0
         self._place: object = None
         self._changed: dict[vtkProp, int] = {}
@@ -92,6 +99,7 @@ class Standing:
             stage.draw_all()
         else:
             self._moving |= {prop for prop, time in visible.items() if self._changed.get(prop) != time}
+            self._moving |= self._over & visible.keys()
             self._moving -= self._low
             still = frozenset(visible.keys() - self._moving)
             if self._kept is None or self._kept[1] != still or not _are_same(self._kept[0], haze):

@@ -14,6 +14,7 @@ from vtkmodules.vtkRenderingCore import vtkActor2D, vtkRenderer, vtkTextActor
 from riglens.core.view.heatmap_data import HeatmapData
 from riglens.widgets.drawing.camera import Size
 from riglens.widgets.drawing.label import (
+    Box,
     ColourBar,
     Plate,
     flat_actor,
@@ -43,30 +44,12 @@ class Spot(NamedTuple):
     is_high: bool = False
 
 
-class Box(NamedTuple):
-    """A rectangle of pixels, counted from the lower left."""
-
-    left: float
-    low: float
-    width: float
-    height: float
-
-    def meets(self, other: Box, margin_px: float = 0.0) -> bool:
-        """Return whether two rectangles overlap or are closer than a margin."""
-        return (
-            self.left - margin_px < other.left + other.width
-            and other.left < self.left + self.width + margin_px
-            and self.low - margin_px < other.low + other.height
-            and other.low < self.low + self.height + margin_px
-        )
-
-
 class LegendLayer:
     """A colour bar with title and numbers on a plate in a corner; hidden without a heatmap."""
 
     def __init__(self, renderer: vtkRenderer) -> None:
         self._bar = ColourBar()
-        self._plate = Plate()
+        self.plate = Plate()
         self._marks_mesh = pv.PolyData()
         self._marks = flat_actor(self._marks_mesh)
         self._title, self._note, self._slice = text_actor(), text_actor(), text_actor()
@@ -83,7 +66,7 @@ class LegendLayer:
 
     def _props(self) -> list[vtkActor2D]:
         """Return the props of the legend from back to front."""
-        return [self._plate.actor, self._bar.actor, self._marks, *self._texts()]
+        return [self.plate.actor, self._bar.actor, self._marks, *self._texts()]
 
     def _texts(self) -> list[vtkTextActor]:
         return [self._title, self._note, self._slice, *self._numbers]
@@ -109,9 +92,10 @@ class LegendLayer:
             prop.SetVisibility(data is not None)
         if data is None:
             return
-        self._bar.set_colours(bar_colours(data, look, palette.background))
-        set_words(self._title, f"{data.title} [{data.unit}]" if data.unit else data.title)
-        set_words(self._note, data.note if len(data.values) else NO_CELLS)
+        self._bar.set_colours(bar_colours(data, look, palette))
+        has_unit = bool(data.unit) and (not look.draped or data.scale != "ramp")
+        set_words(self._title, f"{data.title} [{data.unit}]" if has_unit else data.title)
+        set_words(self._note, _note(data, look))
         set_words(self._slice, slice_text(look))
         self._ticks = bar_ticks(data, look)[:_MOST_TICKS]
         for number, tick in zip(self._numbers, self._ticks, strict=False):
@@ -149,7 +133,7 @@ class LegendLayer:
         self._placed = size, pixel_ratio, spot
         unit, box = unit_px(size, pixel_ratio, crowded), self.box(size, pixel_ratio, crowded, spot)
         self._top_px = 0.0 if spot.is_left or spot.is_high else box.low + box.height
-        self._plate.cover(*box)
+        self.plate.cover(*box)
         foot, bar = (_FOLDED_FOOT_PX, _FOLDED_BAR_PX) if spot.is_folded else (_FOOT_PX, _BAR_PX)
         x, y, width = box.left + _INSET_PX * unit, box.low + foot * unit, box.width - 2 * _INSET_PX * unit
         self._bar.cover(x, y, width, bar * unit)
@@ -186,7 +170,7 @@ class LegendLayer:
             number.GetTextProperty().SetJustificationToCentered()
 
     def _style(self, palette: Palette) -> None:
-        self._plate.set_colour(palette.background)
+        self.plate.set_colour(palette.background)
         self._marks.GetProperty().SetColor(*rgb(palette.text))
         for text in self._texts():
             text.GetTextProperty().SetColor(*rgb(palette.text))
@@ -194,8 +178,17 @@ class LegendLayer:
 
 def _says(data: HeatmapData, look: HeatLook, palette: Palette) -> object:
     """Return all values that a legend is made from."""
-    words = data.title, data.unit, data.note if len(data.values) else NO_CELLS, data.scale, slice_text(look)
-    return *words, bar_ticks(data, look), bar_colours(data, look, palette.background).tobytes(), palette
+    words = data.title, data.unit, _note(data, look), data.scale, slice_text(look), look.draped
+    return *words, bar_ticks(data, look), bar_colours(data, look, palette).tobytes(), palette
+
+
+def _note(data: HeatmapData, look: HeatLook) -> str:
+    """Return which cells are drawn, or over what values on the ground are taken."""
+    if not len(data.values):
+        return NO_CELLS
+    if not look.draped:
+        return data.note
+    return "all heights together" if look.slice_m is None else "heights of the slice together"
 
 
 def slice_text(look: HeatLook) -> str:

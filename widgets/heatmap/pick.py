@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from riglens.core.view.heatmap_data import HeatmapData
 from riglens.widgets.drawing.camera import OrbitCamera, Points, Size, ViewRay
@@ -31,12 +32,17 @@ class PickedCell:
 def cell_at(
     data: HeatmapData, look: HeatLook, camera: OrbitCamera, size: Size, pixel: tuple[float, float]
 ) -> PickedCell | None:
-    """Return the nearest cell whose square, as drawn at rest, covers a pixel; None when there is none."""
+    """Return the nearest cell whose square, as drawn at rest, covers a pixel; None when there is none.
+
+    Of a heatmap on the ground it is the strongest of those above the place under the pixel.
+    """
     rows = in_slice(look, data.centres_m[:, 2])
     rows = rows[(strength(data, data.values, data.weights, look.log) > look.threshold)[rows]]
     centres_m = data.centres_m[rows].astype(np.float64)
     if not len(rows):
         return None
+    if look.draped:
+        return _above_ground(data, rows, look, camera.ray(pixel, size))
     seen = camera.project(centres_m, size)
     depth = np.full(len(rows), camera.distance_m) if camera.parallel else np.maximum(seen[:, 2], 1e-6)
     half_px = data.cell_m * size[1] / 4 / np.tan(np.radians(camera.view_angle_deg) / 2) / depth
@@ -47,6 +53,22 @@ def cell_at(
         return None
     nearest = hit[np.argmin(seen[hit, 2])]
     return PickedCell(int(rows[nearest]), centres_m[nearest], data.cell_m, camera.ray(pixel, size))
+
+
+def _above_ground(
+    data: HeatmapData, rows: NDArray[np.int64], look: HeatLook, ray: ViewRay
+) -> PickedCell | None:
+    """Return the strongest of some cells above where a view ray meets the ground."""
+    fall = float(ray.direction[2])
+    if fall >= 0.0:
+        return None
+    place = (ray.origin_m - ray.origin_m[2] / fall * ray.direction)[:2]
+    centres_m = data.centres_m[rows].astype(np.float64)
+    over = rows[(np.abs(centres_m[:, :2] - place) <= data.cell_m / 2).all(axis=1)]
+    if not len(over):
+        return None
+    strongest = int(over[np.argmax(strength(data, data.values, data.weights, look.log)[over])])
+    return PickedCell(strongest, data.centres_m[strongest].astype(np.float64), data.cell_m, ray)
 
 
 def eye_m(camera: OrbitCamera, far_m: float = 1e4) -> Points:

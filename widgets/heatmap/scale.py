@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.view.heatmap_data import HeatmapData, Scale, Values
-from riglens.widgets.theme import mix, rgb
+from riglens.widgets.theme import Palette, mix, rgb
 
 COLOUR_MAP, LEVEL_MAP = "inferno", "viridis"
 STEP_COLOURS = ("#d7301f", "#fdae61", "#9fd4ea", "#2c7bb6")
@@ -22,6 +22,9 @@ LEVELS = 256
 _AMONG_OTHERS, _ALONE = (0.02, 1.6, 1.0), (0.15, 0.8, 2.0)
 """Opacity of the weakest cells as a share of the strongest ones', its slope, and the number of layers."""
 _MOST_TICKS = 6
+CLEAR_UP_TO, OPAQUE_OVER, OPAQUE = 0.18, 0.4, 0.85
+"""Of a heatmap on the ground: share of the strongest value up to which it is clear, the share over which its opacity
+rises, and the end of that at the usual opacity."""
 
 
 @dataclass(frozen=True)
@@ -29,16 +32,20 @@ class HeatLook:
     """User's settings for drawing a heatmap; they change no value.
 
     `threshold`: cells in the lowest part of the scale, 0 to 1, are not drawn. `opacity` is that of the highest
-    value. `slice_m`: only cells whose centre lies between these heights are drawn, metres.
+    value. `slice_m`: only cells whose centre lies between these heights are drawn, metres. `draped`: cells above each
+    other as one colour on the ground, otherwise each for itself in space.
     """
 
     threshold: float = 0.02
     log: bool = False
     opacity: float = 0.5
     slice_m: tuple[float, float] | None = None
+    draped: bool = False
 
 
 DEFAULT_LOOK = HeatLook()
+USUAL_LOOK = HeatLook(draped=True)
+"""The look that window and pictures begin with."""
 
 
 @dataclass(frozen=True)
@@ -130,17 +137,30 @@ def in_slice(look: HeatLook, heights_m: Values) -> NDArray[np.int64]:
     return np.flatnonzero((heights_m >= low_m) & (heights_m < high_m))
 
 
+def draped_ramp(shares: NDArray[np.float64], palette: Palette) -> NDArray[np.float64]:
+    """Return the colours of a heatmap on the ground, (..., 3) from 0 to 1, of shares from low to high."""
+    table = np.array([rgb(colour) for colour in palette.heat])
+    place = np.clip(shares, 0.0, 1.0) * (len(table) - 1)
+    low = np.minimum(place.astype(np.int64), len(table) - 2)
+    return np.asarray(table[low] + (table[low + 1] - table[low]) * (place - low)[..., None])
+
+
 # ---------------------------------------------------------------- the colour bar
-def bar_colours(data: HeatmapData, look: HeatLook, paper: str) -> NDArray[np.float64]:
-    """Return the colours of the bar from left to right, (n, 3) from 0 to 1; undrawn values have the colour `paper`."""
+def bar_colours(data: HeatmapData, look: HeatLook, palette: Palette) -> NDArray[np.float64]:
+    """Return the colours of the bar from left to right, (n, 3) from 0 to 1; undrawn values have that of the panel."""
     table = colours(data.scale) / 255.0
     if data.scale == "steps":
         return np.asarray(table[: len(data.labels)])
     if data.scale == "level":
         return np.asarray(table)
     places = np.linspace(0.0, 1.0, len(table))
+    if look.draped and data.scale == "ramp":
+        clear = np.clip((CLEAR_UP_TO + OPAQUE_OVER - places) / OPAQUE_OVER, 0.0, 1.0)[:, None]
+        return np.asarray(
+            clear * np.array(rgb(palette.ground)) + (1.0 - clear) * draped_ramp(places, palette)
+        )
     sizes = np.abs(2.0 * places - 1.0) if data.scale == "change" else places
-    return np.where((sizes > look.threshold)[:, None], table, np.array(rgb(paper)))
+    return np.where((sizes > look.threshold)[:, None], table, np.array(rgb(palette.background)))
 
 
 def bar_ticks(data: HeatmapData, look: HeatLook) -> tuple[Tick, ...]:
@@ -150,6 +170,8 @@ def bar_ticks(data: HeatmapData, look: HeatLook) -> tuple[Tick, ...]:
     if data.scale == "steps":
         count = max(1, len(data.labels))
         return tuple(Tick((place + 0.5) / count, label) for place, label in enumerate(data.labels))
+    if look.draped and data.scale == "ramp":
+        return Tick(0.0, "low"), Tick(1.0, "high")
     zero, span = _zero(data), max(data.vmax - _zero(data), 1e-30)
     log = look.log and data.scale != "level"
     values = tick_values(zero, data.vmax, log)

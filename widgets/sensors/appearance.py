@@ -76,7 +76,7 @@ PLAIN = Appearance()
 APPEARANCES = {
     LIDAR.name: Appearance(
         colour="#14b8a6",
-        ray_colours=("#3fe0cb", "#0a7a84"),
+        ray_colours=("#3fe0cb", "#056069"),
         icon='<ellipse cx="12" cy="7" rx="6" ry="2.5"/><path d="M6 7v8c0 1.4 2.7 2.5 6 2.5s6-1.1 6-2.5V7"/>'
         '<path d="M2 11h2M20 11h2M12 21h0"/>',
         shape=_lidar_shape,

@@ -1,7 +1,5 @@
-"""Fill the field of view of a sensor: its footprint on open, flat ground, or the outside of its field of view.
-
-Both are geometry: fields of view and ranges, cut off at the ROI, as if there were no car and no traffic.
-"""
+"""Fill the outside of a sensor's field of view: geometry of its rays and ranges, cut off at the ROI, as if there were
+no car and no traffic."""
 
 from __future__ import annotations
 
@@ -19,33 +17,25 @@ from riglens.core.sensors.registry import kind_of
 from riglens.widgets.drawing.actors import hidden, rgba_actor, show_mesh
 from riglens.widgets.drawing.surface import appended
 from riglens.widgets.sensors.appearance import appearance_of, ray_colour, selected_ray_colour
-from riglens.widgets.sensors.ray_look import Fill
 from riglens.widgets.theme import Palette, rgb
 
 Points = NDArray[np.float64]
 Quads = NDArray[np.int64]
 _BEAMS, _TURNS, _ROWS, _COLUMNS = 24, 96, 19, 33
 """Most beams and azimuths, or rows and columns of an image, that make the corners of a surface."""
-_GROUND_M = 0.012
-_OPACITY = {"ground": (0.06, 0.18), "frusta": (0.05, 0.12)}
+_OPACITY = (0.05, 0.12)
 """Of all other sensors, and of the selected one."""
 
 
-def fill_mesh(sensor: Sensor, grid: VoxelGrid, fill: Fill, colour: str, opacity: float) -> pv.PolyData:
-    """Return the footprint ("ground") or the outside of the field of view ("frusta") with an `rgba` array; or
-    nothing."""
+def fill_mesh(sensor: Sensor, grid: VoxelGrid, colour: str, opacity: float) -> pv.PolyData:
+    """Return the outside of the field of view with an `rgba` array; or nothing."""
     sensor = appearance_of(sensor.kind).outline(sensor)
     blocks, is_closed = _nodes(sensor)
     parts = []
     for nodes in blocks:
-        rays = sensor_rays(sensor, nodes.ravel())
-        points, quads = (
-            _footprint(rays, nodes.shape, grid)
-            if fill == "ground"
-            else _outside(rays, nodes.shape, grid, is_closed)
-        )
-        if len(quads):
-            parts.append(pv.PolyData(points, np.insert(quads, 0, quads.shape[1], axis=1).ravel()))
+        points, triangles = _outside(sensor_rays(sensor, nodes.ravel()), nodes.shape, grid, is_closed)
+        if len(triangles):
+            parts.append(pv.PolyData(points, np.insert(triangles, 0, 3, axis=1).ravel()))
     if not parts:
         return pv.PolyData()
     mesh = appended(parts)
@@ -75,26 +65,6 @@ def _spread(count: int, most: int) -> Quads:
     return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(np.int64))
 
 
-def _footprint(rays: Rays, shape: tuple[int, ...], grid: VoxelGrid) -> tuple[Points, Quads]:
-    """Return corners on the ground, and the squares of neighbouring rays of which at least one reaches the ground."""
-    x_m, y_m, height_m = rays.origin_m
-    low, high = np.array(grid.origin_m), np.array(grid.origin_m) + np.array(grid.roi_m)
-    inside = low[0] < x_m < high[0] and low[1] < y_m < high[1]
-    reach_m = np.sqrt(np.maximum(0.0, rays.far_m**2 - height_m**2))
-    if height_m <= 0.0 or not inside or not reach_m.any():
-        return np.zeros((0, 3)), np.zeros((0, 4), np.int64)
-    flat = np.hypot(rays.directions[:, 0], rays.directions[:, 1])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        along = rays.directions[:, :2] / flat[:, None]
-        walls_m = np.where(along > 0.0, high[:2] - (x_m, y_m), low[:2] - (x_m, y_m)) / along
-        ground_m = np.where(rays.directions[:, 2] < 0.0, -height_m * flat / rays.directions[:, 2], np.inf)
-    walls_m[along == 0.0] = np.inf
-    limit_m = np.minimum(reach_m, walls_m.min(axis=1))
-    out_m = np.minimum(ground_m, limit_m)
-    points = np.column_stack([(x_m, y_m) + out_m[:, None] * along, np.full(len(flat), _GROUND_M)])
-    return _kept(points, _squares(shape), np.asarray(ground_m < limit_m))
-
-
 def _outside(rays: Rays, shape: tuple[int, ...], grid: VoxelGrid, is_closed: bool) -> tuple[Points, Quads]:
     """Return triangles from the sensor along the lattice's edge (lowest and highest beam if it goes round)."""
     index = np.arange(shape[0] * shape[1]).reshape(shape)
@@ -113,18 +83,6 @@ def _once_round(index: Quads) -> Quads:
     return np.concatenate([index[0], index[1:, -1], index[-1, -2::-1], index[-2::-1, 0]])
 
 
-def _squares(shape: tuple[int, ...]) -> Quads:
-    """Return corners (n, 4) of the squares between neighbouring rays."""
-    index = np.arange(shape[0] * shape[1]).reshape(shape)
-    corners = (index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:])
-    return np.stack([corner.ravel() for corner in corners], axis=1)
-
-
-def _kept(points: Points, squares: Quads, reaches: NDArray[np.bool_]) -> tuple[Points, Quads]:
-    exists = np.asarray(np.isfinite(points).all(axis=1))
-    return np.nan_to_num(points), squares[exists[squares].all(axis=1) & reaches[squares].any(axis=1)]
-
-
 class FillsLayer:
     """The surfaces of all sensors that are switched on: those of the selected one stronger."""
 
@@ -133,14 +91,11 @@ class FillsLayer:
         for actor in self._actors:
             actor.force_translucent = True
 
-    def show(
-        self, sensors: Sequence[Sensor], is_selected: bool, grid: VoxelGrid, palette: Palette, fill: Fill
-    ) -> None:
+    def show(self, sensors: Sequence[Sensor], is_selected: bool, grid: VoxelGrid, palette: Palette) -> None:
         """Fill the field of view of the selected sensor, or those of all others."""
         colour = selected_ray_colour if is_selected else ray_colour
         meshes = [
-            fill_mesh(sensor, grid, fill, colour(sensor.kind, palette), _OPACITY[fill][is_selected])
-            for sensor in (() if fill == "none" else sensors)
+            fill_mesh(sensor, grid, colour(sensor.kind, palette), _OPACITY[is_selected]) for sensor in sensors
         ]
         full = [mesh for mesh in meshes if mesh.n_points]
         show_mesh(self._actors[is_selected], appended(full) if full else None)

@@ -20,7 +20,7 @@ from riglens.widgets.drawing.label import (
     text_width_px,
     unit_px,
 )
-from riglens.widgets.sensors.appearance import ray_colour, selected_ray_colour
+from riglens.widgets.sensors.appearance import colour_of
 from riglens.widgets.theme import Palette, rgb
 
 _MARGIN_PX, _INSET_PX, _HIGH_PX, _BASE_PX = 12, 10, 22, 7
@@ -37,13 +37,12 @@ class KeyEntry(NamedTuple):
 
 
 def entries_of(casting: list[Sensor], selected: Sensor | None, palette: Palette) -> list[KeyEntry]:
-    """Return the colours in which the rays of some sensors are drawn, of which one may be selected."""
+    """Return the colours in which some sensors are drawn, of which one may be selected."""
     others = {sensor.kind for sensor in casting if sensor is not selected}
     shown = [kind for kind in kinds() if kind.name in others]
-    found = [KeyEntry(kind.title, ray_colour(kind.name, palette)) for kind in shown]
+    found = [KeyEntry(kind.title, colour_of(kind.name), True) for kind in shown]
     if selected is not None and selected in casting:
-        words = f"selected {kind_of(selected).title}"
-        found.append(KeyEntry(words, selected_ray_colour(selected.kind, palette), True))
+        found.append(KeyEntry(f"selected {kind_of(selected).title}", palette.selected, True))
     return found
 
 
@@ -55,13 +54,13 @@ class RayKeyLayer:
 
     def __init__(self, renderer: vtkRenderer) -> None:
         self._renderer = renderer
-        self._plate = Plate()
+        self.plate = Plate()
         self._entries: list[_Entry] = []
         self._shown: object = None
         self._placed: object = None
         self._top_px = 0.0
-        self._plate.actor.SetVisibility(False)
-        self._add(self._plate.actor)
+        self.plate.actor.SetVisibility(False)
+        self._add(self.plate.actor)
 
     def _add(self, prop: vtkActor2D) -> None:
         prop.SetPickable(False)
@@ -86,8 +85,8 @@ class RayKeyLayer:
             self._renderer.RemoveViewProp(text)
             self._renderer.RemoveViewProp(stroke)
         self._entries, self._placed = [], None
-        self._plate.actor.SetVisibility(bool(entries))
-        self._plate.set_colour(palette.background)
+        self.plate.actor.SetVisibility(bool(entries))
+        self.plate.set_colour(palette.background)
         for entry in entries:
             mesh = pv.PolyData(np.zeros((2, 3)), lines=[2, 0, 1])
             text, stroke = text_actor(), flat_actor(mesh)
@@ -112,7 +111,7 @@ class RayKeyLayer:
             left = min(left, self._place_row(row, base, right - _INSET_PX * unit, unit))
         self._top_px = low + len(rows) * _HIGH_PX * unit
         left += (_NEXT_PX - _INSET_PX) * unit
-        self._plate.cover(left, low, right - left, self._top_px - low)
+        self.plate.cover(left, low, right - left, self._top_px - low)
 
     def _rows(self, room_px: float, unit: float) -> list[list[_Entry]]:
         """Return the entries from the lowest row up: one row, or a title in a separate row where all do not fit."""

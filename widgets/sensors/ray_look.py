@@ -13,7 +13,10 @@ _BOLDER = 0.25
 LEAST_DENSITY, MOST_DENSITY = 0.125, 8.0
 
 Fill = Literal["none", "ground", "frusta"]
-"""Fill besides the rays: none, footprints on the ground, or the outside of fields of view."""
+"""Fill besides the rays: none, footprints on the ground, or the outside of fields of view.
+
+Footprints belong to cameras, radars and ultrasonic sensors.
+"""
 
 
 @dataclass(frozen=True)
@@ -31,13 +34,16 @@ class RayLook:
 
     `opacity`, 0 to 1, is that of the selected sensor's rays where they leave the ROI; those of the others are
     fainter. `density` multiplies the number of rays at rest. While something moves there are never more than at
-    density 1, but they are bolder. Surfaces that are filled have an opacity of their own, and need no rays.
+    density 1, but they are bolder. Surfaces that are filled have an opacity of their own, and need no rays. Without
+    `of_all` only the selected sensor shows its rays, and without `lattice` a camera shows a short pyramid of them.
     """
 
     shown: bool = True
     opacity: float = 0.2
     density: float = 1.0
-    fill: Fill = "none"
+    fill: Fill = "ground"
+    of_all: bool = False
+    lattice: bool = False
 
     def of_selected(self, quick: bool = False) -> Strokes:
         """Return the strokes of the fan of the selected sensor."""

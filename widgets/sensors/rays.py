@@ -34,6 +34,7 @@ _NEAR_PIXEL_M = 0.016
 """Size of a pixel above which rays crowd."""
 _THINNEST = 0.45
 """Share of their opacity that rays have when they are seen level."""
+PYRAMID_M, _PYRAMID_ALPHA = 2.6, 0.9
 _Index = NDArray[np.int64]
 Points = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -172,6 +173,28 @@ def _frustum(
     return _joined([edges, _tinted(corners, np.roll(corners, -1, axis=0), colour, alpha, alpha)])
 
 
+def pyramid_of(sensor: Sensor, colour: str, alpha: float) -> Fan:
+    """Return the field of view of a camera as a pyramid of PYRAMID_M: its edge, and lines to the corners.
+
+    Of a lens without rays in the corners, lines to the middles of the sides of what it images.
+    """
+    columns, rows = sensor.resolution
+    index = np.arange(columns * rows).reshape(rows, columns)
+    sides = (index[0], index[1:, -1], index[-1, -2::-1], index[-2:0:-1, 0])
+    border = np.concatenate([side[:: max(1, len(side) // 24)] for side in sides])
+    rays = sensor_rays(sensor, border)
+    ends = PYRAMID_M * rays.directions
+    depth = rays.directions @ sensor.pose.rotation()[:, 0]
+    if kind_of(sensor).lattice(sensor) is not None:
+        ends = ends / depth[:, None]
+    known = np.isfinite(ends[:, 0])
+    corner = np.isin(border, frame_rows(sensor)) if known.all() else np.arange(len(border)) % 24 == 12
+    ends = ends[known] + rays.origin_m
+    spokes = ends[corner[known]]
+    lines = [(ends, np.roll(ends, -1, axis=0)), (np.tile(rays.origin_m, (len(spokes), 1)), spokes)]
+    return Fan(pv.PolyData(), _joined([_tinted(*pair, colour, alpha, alpha) for pair in lines]))
+
+
 def _tinted(starts: Points, ends: Points, colour: str, alpha: float, alpha_end: float) -> pv.PolyData:
     """Return segments with an `rgba` array: one colour, opacity from `alpha` at the start to `alpha_end`."""
     mesh = line_mesh(starts, ends)
@@ -229,15 +252,21 @@ class RaysLayer:
         palette: Palette,
         strokes: Strokes,
         solid: Solid | None = None,
+        lattice: bool = True,
     ) -> None:
-        """Draw the fan of the selected sensor, or those of all others; rays end at the solid."""
+        """Draw the fan of the selected sensor, or those of all others; rays end at the solid.
+
+        Without `lattice` sensors with corners show a pyramid.
+        """
         colour = selected_ray_colour if is_selected else ray_colour
-        fans = [
-            fan_of(
-                sensor, grid, strokes, colour(sensor.kind, palette), is_selected, solid, _rings_on(palette)
-            )
-            for sensor in sensors
-        ]
+
+        def fan(sensor: Sensor) -> Fan:
+            own = colour(sensor.kind, palette)
+            if appearance_of(sensor.kind).has_corners and not lattice:
+                return pyramid_of(sensor, palette.selected if is_selected else own, _PYRAMID_ALPHA)
+            return fan_of(sensor, grid, strokes, own, is_selected, solid, _rings_on(palette))
+
+        fans = [fan(sensor) for sensor in sensors]
         rays, edges = (_joined([fan[part] for fan in fans]) for part in (0, 1))
         self._fans[is_selected].show(Fan(rays, edges), palette.seam)
 

@@ -88,6 +88,6 @@ def _returns(frame: ShownFrame, palette: Palette) -> list[pv.Actor]:
     if not len(frame.places_m):
         return []
     mesh = pv.PolyData(frame.places_m)
-    strong, faint = (np.array(rgb(colour)) * 255 for colour in (palette.text, palette.grid_line_strong))
+    strong, faint = (np.array(rgb(colour)) * 255 for colour in (palette.text, palette.ring))
     mesh["rgb"] = np.where(frame.on_box[:, None], strong, faint).astype(np.uint8)
     return [rgba_actor(mesh, "rgb")]

@@ -24,16 +24,18 @@ from riglens.widgets.drawing.stage import Stage
 from riglens.widgets.drawing.standing import Clock, Standing
 from riglens.widgets.gizmo.drag import SNAP_M, Handle
 from riglens.widgets.gizmo.handles import GizmoActors
+from riglens.widgets.heatmap.drape import DrapeLayer
 from riglens.widgets.heatmap.layer import HeatmapLayer
 from riglens.widgets.sensors.bodies import sensor_body
 from riglens.widgets.theme import DARK, Palette
 from riglens.widgets.traffic.layer import TrafficLayer
 from riglens.widgets.viewport.gain_layer import GainLayer
-from riglens.widgets.viewport.ground_layer import GroundLayer, GroundMapLayer, RoiLayer
+from riglens.widgets.viewport.ground_layer import REACH_M, GroundLayer, GroundMapLayer, RoiLayer
 from riglens.widgets.viewport.marker_layer import MarkerLayer, PostLayer
 from riglens.widgets.viewport.mast_layer import MastLayer, StubsLayer
 from riglens.widgets.viewport.measure_layer import MeasureLayer
 from riglens.widgets.viewport.measured import BODY, GROUND, Place
+from riglens.widgets.viewport.place_words import PlaceWordsLayer
 from riglens.widgets.viewport.rig_layer import RigLayer
 from riglens.widgets.viewport.scene_state import ALL_FIELDS, SceneState
 from riglens.widgets.viewport.under_mouse import UnderMouse
@@ -42,9 +44,19 @@ from riglens.widgets.viewport.words_layer import WordsLayer
 # What parts of the scene are made from, by the names of SceneState's fields.
 _BODIES = {"rig", "hidden", "failed", "selected", "also_selected", "show_selection", "palette"}
 _FANS = {"solid_body", "rig", "hidden", "failed", "selected", "show_selection", "palette"}
-_ALL_FANS = {"grid", "ray_look", "palette"}
+_ALL_FANS = {"grid", "ray_look", "palette", "ground_map"}
 _HEAT = {"heatmap", "skin_gain"}
-_KEY = {"rig", "hidden", "failed", "selected", "show_selection", "show_legend", "ray_look", "palette"}
+_KEY = {
+    "rig",
+    "hidden",
+    "failed",
+    "selected",
+    "show_selection",
+    "show_legend",
+    "ray_look",
+    "palette",
+    "ground_map",
+}
 _BACKDROP = ("camera", "grid", "palette", "show_ground", "vehicle")
 _CENTRE_PX = 8.0
 """So near to the middle plane a sensor that snaps is put on it."""
@@ -73,19 +85,23 @@ class DrawnScene:
         self._stage = stage = Stage(plotter)
         self._haze: tuple[object, ...] = ()
         self._cell_m: float | None = None
-        self._ground, self._roi = GroundLayer(stage.backdrop, stage.main), RoiLayer(stage.main)
+        self._ground, self._roi = GroundLayer(stage.backdrop), RoiLayer(stage.main)
         self._ground_map, self._post = GroundMapLayer(stage.main), PostLayer(stage.main)
-        self._standing = Standing(stage, clock, (self._ground_map.prop,))
         self._skin_gain = GainLayer(stage.main)
-        self._body, self._rig = BodyLayer(stage.main, stage.backdrop), RigLayer(stage.main, stage.rays)
+        self._rig = RigLayer(stage.main, stage.rays)  # footprints lie below the drape, in this order
+        self._drape = DrapeLayer(stage.main)
+        self._standing = Standing(stage, clock, (self._ground_map.prop,), (self._drape.prop,))
+        self._body = BodyLayer(stage.main, stage.backdrop)
         self._heatmap = HeatmapLayer(stage.cells, stage.haze)
         self._traffic = TrafficLayer(stage.main)
         self._traffic.set_pixel_ratio(pixel_ratio)
         self._masts, self._stubs = MastLayer(stage.main, stage.overlay), StubsLayer(stage.main)
+        self._places = PlaceWordsLayer(stage.overlay)
         self._marker, self._words = MarkerLayer(stage.overlay), WordsLayer(stage.overlay)
         self._measure = MeasureLayer(stage.overlay)
         self._gizmo = GizmoActors(stage.overlay, palette)
         self._rig.set_line_width(pixel_ratio)
+        self._ground.set_line_width(pixel_ratio)
         self._has_car = False
         self._update(ALL_FIELDS, self._state)
 
@@ -109,6 +125,7 @@ class DrawnScene:
         if pixel_ratio != self._pixel_ratio:
             self._pixel_ratio = pixel_ratio
             self._rig.set_line_width(pixel_ratio)
+            self._ground.set_line_width(pixel_ratio)
             self._traffic.set_pixel_ratio(pixel_ratio)
 
     def show(self, state: SceneState) -> None:
@@ -133,15 +150,16 @@ class DrawnScene:
         words = self._words
         return (
             ({"palette"}, self._show_palette),
-            ({"grid", "palette"}, lambda s: self._ground.set_grid(s.grid, s.palette)),
+            ({"palette"}, lambda s: self._ground.set_palette(s.palette)),
             ({"grid", "palette"}, lambda s: self._roi.set_grid(s.grid, s.palette)),
-            ({"grid", "palette", "show_ground"}, lambda s: self._ground.set_shown(s.show_ground)),
+            ({"heat_look"}, lambda s: self._roi.set_shown(not s.heat_look.draped)),
+            ({"palette", "show_ground"}, lambda s: self._ground.set_shown(s.show_ground)),
             (_BODIES, lambda s: self._rig.show_bodies(s, self._hovered)),
             ({"ghosts", "palette"}, self._rig.show_ghosts),
             ({*_BODIES, "masts"} - {"failed"}, self._masts.show),
             ({"rig", "hidden", "ray_look", "stubs"}, self._stubs.show),
             ({"heat_look"}, lambda s: self._heatmap.set_look(s.heat_look)),
-            (_HEAT, lambda s: self._heatmap.set_data(s.heatmap if s.skin_gain is None else None)),
+            (_HEAT | {"heat_look", "palette", "ground_map"}, self._show_heat),
             ({"vehicle", "skin_gain"}, lambda s: self._skin_gain.show(s.vehicle, s.skin_gain)),
             ({*_HEAT, "heat_look", "show_legend", "palette"}, words.show_legend),
             ({"post"}, lambda s: self._post.show(s.post)),
@@ -154,8 +172,14 @@ class DrawnScene:
             ({"marker", "palette"}, lambda s: self._marker.set_marker(s.marker, s.palette)),
         )
 
+    def _show_heat(self, state: SceneState) -> None:
+        """Show the heatmap as cells in space or on the ground; none where the car's skin is coloured."""
+        shown, look = state.heatmap if state.skin_gain is None else None, state.heat_look
+        self._heatmap.set_data(None if look.draped else shown)
+        self._drape.show(shown if look.draped and state.ground_map is None else None, look, state.palette)
+
     def _show_palette(self, state: SceneState) -> None:
-        self._stage.backdrop.set_background(state.palette.background, top=state.palette.background_top)
+        self._stage.backdrop.set_background(state.palette.horizon, top=state.palette.background_top)
         self._gizmo.set_palette(state.palette)
 
     def _show_car(self) -> None:
@@ -292,14 +316,20 @@ class DrawnScene:
         self._bring_car()
         state = self._state
         self._set_coarse()
-        self._stage.set_camera(state.camera, 2.0 * float(np.linalg.norm(state.grid.roi_m)) + 20.0)
+        reach_m = max(REACH_M, 2.0 * float(np.linalg.norm(state.grid.roi_m)))
+        self._stage.set_camera(state.camera, reach_m + 20.0)
         if not (self._quick and self._standing.is_kept(self._place())):
             self._heatmap.arrange(state.camera, self._stage.haze_size, self._quick)
             self._haze, self._cell_m = self._wanted_haze(), self._heatmap.drawn_cell_m
-        for layer in (self._ground, self._rig, self._marker, self._measure):
+        self._body.arrange(state.camera)
+        for layer in (self._rig, self._marker, self._measure):
             layer.arrange(state.camera, self.size, self._pixel_ratio)
         self._words.arrange(state, self._cell_m, self.size, self._pixel_ratio)
-        self._masts.arrange(state.camera, self.size, self._pixel_ratio, self._is_behind_car)
+        hovered = self._hovered if isinstance(self._hovered, str) else None
+        taken = [*self._words.boxes(), *self._places.arrange_dots(state, self.size, self._pixel_ratio)]
+        self._masts.arrange(state.camera, self.size, self._pixel_ratio, self._is_behind_car, taken)
+        taken += self._masts.boxes
+        self._places.arrange(state, hovered, taken, self.size, self._pixel_ratio)
         self._stubs.set_line_width(self._pixel_ratio)
         lit = self._hovered if isinstance(self._hovered, Handle) else None
         self._gizmo.arrange(self.under_mouse.gizmo(), state.gizmo_mode, state.camera, lit)

@@ -1,146 +1,136 @@
-"""Draw the ground: a plane with a grid every 10 m, flat metre labels, the axes triad at the origin, and a map.
+"""Draw the ground: a plane that fades into the horizon, a road with its lanes, rings of distance, and a map.
 
-The triad sticks out of the ground, so it is drawn with the things on it.
+The road is a plain one through the car, for scale: it says nothing about the data's own roads.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator
+from functools import lru_cache
 
 import numpy as np
 import pyvista as pv
+from numpy.typing import NDArray
 from vtkmodules.vtkRenderingCore import vtkProp, vtkRenderer, vtkTexture
 
 from riglens.core.scene.grid import VoxelGrid
-from riglens.widgets.drawing.actors import exchange, hidden, line_mesh, plain_actor
-from riglens.widgets.drawing.camera import OrbitCamera, Size
-from riglens.widgets.theme import Palette, mix
+from riglens.widgets.drawing.actors import exchange, hidden, plain_actor, rgba_actor
+from riglens.widgets.theme import Palette, rgb
 from riglens.widgets.viewport.ground_map import GroundMap
 
-_STEP_M = 10.0
-_LEAST_LETTER_M, _MOST_LETTER_M, _LETTER_STEP = 0.45, 2.2, 1.25
-_LETTER_PX = 9.0
-"""Labels grow in steps as the view goes away, as long as there is room for them between two lines."""
-_AXES = {"x": 2.9, "y": 1.6}
-"""Length in metres from the origin under the middle of the car: a little beyond the body of a common car."""
-_AXIS_WIDTH_M, _AXIS_M, _AXIS_LETTER_M = 0.03, 0.006, 0.3
-_PLANE_M, _LINE_M, _LABEL_M = -0.08, -0.03, -0.015
-_MAP_M = 0.01
-"""Heights of plane, lines and labels: far enough apart to hide one another correctly. VTK's own offsets for
-coplanar things are one switch for all actors and make each of them rewrite its depths."""
+Points = NDArray[np.float64]
+RINGS_M = (5.0, 10.0, 20.0, 30.0, 50.0)
+LANES_M = (-5.2, -1.75, 1.75, 5.2)
+"""Edges of the lanes across the road; the car is in the middle of one, and the road is divided to its left."""
+_DIVIDED_M = 1.75
+REACH_M, _CLEAR_M = 260.0, 45.0
+"""Radius of the plane, and up to where it has its own colour."""
+_PLANE_Z, _ROAD_Z, _MARK_Z, _RING_Z, _MAP_M = -0.08, -0.06, -0.04, -0.02, 0.01
+"""Heights: far enough apart to hide one another correctly. VTK's own offsets for coplanar things are one switch for all
+actors and make each of them rewrite its depths."""
 
 
 class GroundLayer:
-    """Ground grid with labels; rebuilt when the ROI or the palette changes."""
+    """Ground, road and rings; rebuilt when the palette changes."""
 
-    def __init__(self, renderer: vtkRenderer, triad_renderer: vtkRenderer) -> None:
-        self._renderer, self._triad_renderer = renderer, triad_renderer
+    def __init__(self, renderer: vtkRenderer) -> None:
+        self._renderer = renderer
         self._actors: list[pv.Actor] = []
-        self._triad: list[pv.Actor] = []
-        self._labels = _Labels(0.0, 0.0)
+        self._rings: list[pv.Actor] = []
+        self._width_px = 1.0
 
-    def set_grid(self, grid: VoxelGrid, palette: Palette) -> None:
-        """Draw the ground for a ROI: grid lines reach the next 10 m beyond it."""
-        half_x, half_y = (_STEP_M * math.ceil(length / 2 / _STEP_M) for length in grid.roi_m[:2])
-        fine, strong = _grid_lines(half_x, half_y)
-        self._labels = _Labels(half_x, half_y)
-        actors = [
-            plain_actor(_plane(half_x, half_y), color=palette.ground, lighting=False),
-            plain_actor(fine, color=palette.grid_line, lighting=False),
-            plain_actor(strong, color=palette.grid_line_strong, lighting=False),
-            plain_actor(self._labels.mesh, color=mix(palette.text, palette.ground, 0.35), lighting=False),
-        ]
-        triad = _triad(palette)
+    def set_palette(self, palette: Palette) -> None:
+        """Draw the ground in the colours of a palette."""
+        marks = rgba_actor(_marks(palette), "rgba")
+        marks.force_translucent = True
+        rings = plain_actor(_rings(), color=palette.ring, lighting=False, opacity=0.8)
+        actors = [rgba_actor(_plane(palette), "rgb"), rgba_actor(_road(palette), "rgb"), marks, rings]
         exchange(self._renderer, self._actors, actors)
-        exchange(self._triad_renderer, self._triad, triad)
-        self._actors, self._triad = actors, triad
+        self._actors, self._rings = actors, [rings]
+        self.set_line_width(self._width_px)
 
     def set_shown(self, shown: bool) -> None:
-        """Show ground and axes, or leave them out."""
-        for actor in (*self._actors, *self._triad):
+        """Show the ground, or leave it out."""
+        for actor in self._actors:
             actor.visibility = shown
 
-    def arrange(self, camera: OrbitCamera, size: Size, pixel_ratio: float) -> None:
-        """Keep the labels legible in a view of this size in pixels."""
-        wanted_m = _LETTER_PX * pixel_ratio * camera.metres_per_pixel(np.array(camera.focal_m), size)
-        steps = math.ceil(math.log(max(1.0, wanted_m / _LEAST_LETTER_M), _LETTER_STEP) - 1e-9)
-        self._labels.set_height(min(_MOST_LETTER_M, _LEAST_LETTER_M * _LETTER_STEP**steps))
+    def set_line_width(self, width_px: float) -> None:
+        """Set the width of the rings."""
+        self._width_px = width_px
+        for actor in self._rings:
+            actor.prop.line_width = 1.2 * width_px
 
 
-def _plane(half_x: float, half_y: float) -> pv.PolyData:
-    return pv.Plane(
-        center=(0.0, 0.0, _PLANE_M), i_size=2 * half_x, j_size=2 * half_y, i_resolution=1, j_resolution=1
+def faded(points: Points, colour: str, palette: Palette) -> NDArray[np.uint8]:
+    """Return the colours (n, 3) of places on the ground: towards the rim they become that of the horizon."""
+    away = np.hypot(points[:, 0], points[:, 1])
+    share = np.clip((away - _CLEAR_M) / (0.55 * REACH_M - _CLEAR_M), 0.0, 1.0)[:, None] ** 0.8
+    mixed = (1.0 - share) * np.array(rgb(colour)) + share * np.array(rgb(palette.horizon))
+    return np.asarray(255.0 * mixed, np.uint8)
+
+
+def _plane(palette: Palette) -> pv.PolyData:
+    """Return a disc whose rim has the colour of the horizon."""
+    radii = np.concatenate([[0.0], np.geomspace(12.0, REACH_M, 20)])
+    turn = np.linspace(0.0, 2.0 * np.pi, 65)
+    x, y = np.outer(radii, np.cos(turn)), np.outer(radii, np.sin(turn))
+    mesh = _lattice(np.stack([x, y, np.full_like(x, _PLANE_Z)], axis=-1))
+    mesh["rgb"] = faded(np.asarray(mesh.points, np.float64), palette.ground, palette)
+    return mesh
+
+
+def _road(palette: Palette) -> pv.PolyData:
+    x, y = np.meshgrid(
+        np.linspace(-0.6 * REACH_M, 0.6 * REACH_M, 61), (LANES_M[0] - 0.4, LANES_M[-1] + 0.4), indexing="ij"
     )
+    mesh = _lattice(np.stack([x, y, np.full_like(x, _ROAD_Z)], axis=-1))
+    mesh["rgb"] = faded(np.asarray(mesh.points, np.float64), palette.road, palette)
+    return mesh
 
 
-def _grid_lines(half_x: float, half_y: float) -> tuple[pv.PolyData, pv.PolyData]:
-    """Return lines every 2 m and, separately, every 10 m."""
-    fine: list[tuple[tuple[float, float, float], tuple[float, float, float]]] = []
-    strong: list[tuple[tuple[float, float, float], tuple[float, float, float]]] = []
-    for x in np.arange(-half_x, half_x + 1e-6, 2.0):
-        (strong if x % _STEP_M == 0.0 else fine).append(((x, -half_y, _LINE_M), (x, half_y, _LINE_M)))
-    for y in np.arange(-half_y, half_y + 1e-6, 2.0):
-        (strong if y % _STEP_M == 0.0 else fine).append(((-half_x, y, _LINE_M), (half_x, y, _LINE_M)))
-    pairs = [np.array(lines) for lines in (fine, strong)]
-    return line_mesh(pairs[0][:, 0], pairs[0][:, 1]), line_mesh(pairs[1][:, 0], pairs[1][:, 1])
+def _lattice(points: Points) -> pv.PolyData:
+    """Return a surface over a lattice of points (rows, columns, 3)."""
+    index = np.arange(points.shape[0] * points.shape[1]).reshape(points.shape[:2])
+    quads = np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]], axis=-1).reshape(-1, 4)
+    return pv.PolyData(points.reshape(-1, 3).astype(np.float32), np.insert(quads, 0, 4, axis=1).ravel())
 
 
-class _Labels:
-    """Metre labels along the car's x and y axes, lying on the ground, read with x to the right."""
-
-    def __init__(self, half_x: float, half_y: float) -> None:
-        self.mesh = pv.PolyData()
-        anchors = [np.zeros((0, 3))]
-        for text, x, y in _label_places(half_x, half_y):
-            letters = pv.Text3D(text, depth=0.0)
-            left, right, low, high = letters.bounds[:4]
-            start_x, start_y = right if x > half_x else left, high if y > half_y else low
-            letters.points = letters.points - [start_x, start_y, 0.0]
-            x, y = x - 0.4 * (x > half_x), y - 0.4 * (y > half_y)  # the last ones end before their line
-            self.mesh = self.mesh.append_polydata(pv.PolyData(letters.points, letters.faces))
-            anchors.append(np.tile([x, y, _LABEL_M], (letters.n_points, 1)))
-        self._anchors, self._letters = np.concatenate(anchors), np.array(self.mesh.points)
-        self._height_m = 0.0
-        self.set_height(_LEAST_LETTER_M)
-
-    def set_height(self, height_m: float) -> None:
-        """Draw letters of another height."""
-        if height_m != self._height_m and len(self._anchors):
-            self._height_m = height_m
-            self.mesh.points = self._anchors + height_m * self._letters
-
-
-def _label_places(half_x: float, half_y: float) -> Iterator[tuple[str, float, float]]:
-    """Yield the text of each label, and where it begins."""
-    for x in np.arange(-half_x, half_x + 1e-6, _STEP_M):
-        if x:
-            yield f"{x:+.0f} m", x + 0.2, 0.2
-    for y in np.arange(-half_y, half_y + 1e-6, _STEP_M):
-        if y:
-            yield f"{y:+.0f} m", 0.2, y + 0.2
+def _marks(palette: Palette) -> pv.PolyData:
+    """Return the lane marks: solid edges, a double line where the directions part, dashes elsewhere."""
+    bars = [(x, x + 8.0, y, 0.14) for y in (LANES_M[0], LANES_M[-1]) for x in np.arange(-96.0, 96.0, 8.0)]
+    bars += [
+        (x, x + 8.0, _DIVIDED_M + side, 0.11) for side in (-0.13, 0.13) for x in np.arange(-96.0, 96.0, 8.0)
+    ]
+    dashed = [y for y in LANES_M[1:-1] if y != _DIVIDED_M]
+    bars += [(x, x + 3.0, y, 0.12) for y in dashed for x in np.arange(-94.5, 96.0, 9.0)]
+    corners = np.array(
+        [
+            [
+                (a, y - w / 2, _MARK_Z),
+                (b, y - w / 2, _MARK_Z),
+                (b, y + w / 2, _MARK_Z),
+                (a, y + w / 2, _MARK_Z),
+            ]
+            for a, b, y, w in bars
+        ]
+    )
+    points = corners.reshape(-1, 3)
+    faces = np.insert(np.arange(len(points)).reshape(-1, 4), 0, 4, axis=1).ravel()
+    mesh = pv.PolyData(points.astype(np.float32), faces)
+    away = np.hypot(points[:, 0], points[:, 1])
+    alpha = 255.0 * 0.62 * np.clip((96.0 - away) / 60.0, 0.0, 1.0)
+    mesh["rgba"] = np.column_stack(
+        [np.tile(255.0 * np.array(rgb(palette.mark)), (len(points), 1)), alpha]
+    ).astype(np.uint8)
+    return mesh
 
 
-def _triad(palette: Palette) -> list[pv.Actor]:
-    """Return axes of the vehicle frame, flat on the ground, with their letters; unlike a gizmo they cannot be
-    grasped."""
-    actors, above = [], np.array([0.0, 0.0, _AXIS_M])
-    for axis, (letter, length_m) in enumerate(_AXES.items()):
-        along = np.eye(3)[axis]
-        across = np.eye(3)[1 - axis] * _AXIS_WIDTH_M / 2
-        corners = np.array([-across, across, length_m * along + across, length_m * along - across])
-        bar = pv.PolyData(corners + above, [4, 0, 1, 2, 3])
-        name = pv.Text3D(letter, depth=0.0)
-        name.points = _AXIS_LETTER_M * (np.asarray(name.points) - name.center)
-        name.points = np.asarray(name.points) + (length_m + _AXIS_LETTER_M) * along + above
-        actors.append(
-            plain_actor(
-                bar.append_polydata(pv.PolyData(name.points, name.faces)),
-                color=palette.axes[axis],
-                lighting=False,
-            )
-        )
-    return actors
+@lru_cache(maxsize=1)
+def _rings() -> pv.PolyData:
+    turn = np.linspace(0.0, 2.0 * np.pi, 181)
+    circle = np.stack([np.cos(turn), np.sin(turn), np.zeros_like(turn)], axis=1)
+    points = np.concatenate([radius * circle + np.array([0.0, 0.0, _RING_Z]) for radius in RINGS_M])
+    lines = np.insert(np.arange(len(points)).reshape(len(RINGS_M), -1), 0, len(turn), axis=1)
+    return pv.PolyData(points.astype(np.float32), lines=lines.ravel())
 
 
 class RoiLayer:
@@ -157,6 +147,10 @@ class RoiLayer:
         bounds = (low[0], high[0], low[1], high[1], low[2], high[2])
         self._actor.mapper.SetInputData(pv.Box(bounds).extract_all_edges())
         self._actor.prop.color = palette.roi
+
+    def set_shown(self, shown: bool) -> None:
+        """Show the outline, or leave it out."""
+        self._actor.visibility = shown
 
 
 class GroundMapLayer:

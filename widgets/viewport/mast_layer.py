@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 import pyvista as pv
@@ -12,7 +12,7 @@ from vtkmodules.vtkRenderingCore import vtkRenderer, vtkTextActor
 
 from riglens.widgets.drawing.actors import hidden, line_mesh, plain_actor, show_mesh
 from riglens.widgets.drawing.camera import OrbitCamera, Size
-from riglens.widgets.drawing.label import place_text, put_on_panel, set_words, text_actor
+from riglens.widgets.drawing.label import Box, place_text, put_on_panel, set_words, text_actor
 from riglens.widgets.theme import DARK
 from riglens.widgets.viewport.masts import Mast
 from riglens.widgets.viewport.scene_state import SceneState
@@ -72,6 +72,8 @@ class MastLayer:
         self._shown: list[tuple[Mast, Points, bool]] = []
         self._drawn: tuple[object, ...] = ()
         self._palette = DARK
+        self.boxes: list[Box] = []
+        """The pixels of the labels."""
 
     def show(self, state: SceneState) -> None:
         """Draw the masts of the sensors that are shown, from where these are now."""
@@ -95,13 +97,23 @@ class MastLayer:
                 show_mesh(actor, lines)
         self._palette = state.palette
 
-    def arrange(self, camera: OrbitCamera, size: Size, pixel_ratio: float, is_hidden: IsHidden) -> None:
+    def arrange(
+        self,
+        camera: OrbitCamera,
+        size: Size,
+        pixel_ratio: float,
+        is_hidden: IsHidden,
+        taken: Sequence[Box] = (),
+    ) -> None:
         """Put labels next to masts: that of the selected sensor in full, then those of the longest, while there is
-        room; except for the selected sensor, only next to what the car does not hide."""
+        room; except for the selected sensor, only next to what the car does not hide, and off what is `taken`."""
         for actors in (self._free, self._buried):
             for actor, width_px in zip(actors, _WIDTHS_PX, strict=True):
                 actor.prop.line_width = width_px * pixel_ratio
-        wanted = [] if size[0] < 2 else _placed(self._shown, camera, size, _FONT_PX * pixel_ratio, is_hidden)
+        rooms = [(box.left, box.low, box.left + box.width, box.low + box.height) for box in taken]
+        font_px = _FONT_PX * pixel_ratio
+        wanted = [] if size[0] < 2 else _placed(self._shown, camera, size, font_px, is_hidden, rooms)
+        self.boxes = [Box(left, low, right - left, high - low) for _, (left, low, right, high) in wanted]
         while len(self._labels) < len(wanted):
             self._labels.append(text_actor())
             self._overlay.AddViewProp(self._labels[-1])
@@ -125,6 +137,7 @@ def _placed(
     size: Size,
     font_px: float,
     is_hidden: IsHidden,
+    taken: Sequence[Rectangle] = (),
 ) -> list[tuple[str, Rectangle]]:
     """Return words and rectangles (left, low, right, high) in pixels from the lower left, without overlap."""
     order = sorted(shown, key=lambda item: (not item[2], -float(np.linalg.norm(item[1][0] - item[1][1]))))
@@ -139,7 +152,8 @@ def _placed(
             for words in ((mast.full, mast.short) if is_selected else (mast.short,))
             for room in _rooms(words, places, size, font_px)
         )
-        free = (item for item in rooms if not any(_meet(item[1], other) for _, other in found))
+        used = [*(() if is_selected else taken), *(room for _, room in found)]
+        free = (item for item in rooms if not any(_meet(item[1], other) for other in used))
         found += [item for item in (next(free, None),) if item is not None]
     return found
 

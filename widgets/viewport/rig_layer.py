@@ -19,6 +19,7 @@ from riglens.widgets.gizmo.drag import Handle
 from riglens.widgets.sensors.appearance import ray_colour
 from riglens.widgets.sensors.bodies import FAILED_OPACITY, PLACED_OPACITY, WORST_OPACITY, Mark, SensorLayer
 from riglens.widgets.sensors.fills import FillsLayer
+from riglens.widgets.sensors.footprints import FootprintsLayer
 from riglens.widgets.sensors.rays import RaysLayer
 from riglens.widgets.theme import LINKED_COLOUR, Palette
 from riglens.widgets.viewport.scene_state import SceneState
@@ -30,6 +31,7 @@ class RigLayer:
     """Bodies and fans of all sensors that are not hidden; the selected one has the dense fan."""
 
     def __init__(self, renderer: vtkRenderer, rays: vtkRenderer) -> None:
+        self._footprints = FootprintsLayer(renderer)
         self._sensors, self._fills, self._rays = SensorLayer(renderer), FillsLayer(rays), RaysLayer(rays)
         self._ghosts, self._placed = SensorLayer(renderer), SensorLayer(renderer)
         self._links = hidden(renderer, plain_actor(pv.PolyData(), color=LINKED_COLOUR, lighting=False))
@@ -38,6 +40,7 @@ class RigLayer:
     def set_line_width(self, width_px: float) -> None:
         """Set the width of the rays, for pictures of higher resolution."""
         self._rays.set_line_width(width_px)
+        self._footprints.set_line_width(width_px)
         self._links.prop.line_width = _LINK_PX * width_px
 
     def show_bodies(self, state: SceneState, hovered: str | Handle | None) -> None:
@@ -64,15 +67,22 @@ class RigLayer:
         palette, solid = state.palette, None
         if state.solid_body is not None:
             solid = with_housings(solid_of(state.solid_body), state.rig.obstacles)
+        is_ground, is_frusta = state.shows_footprints, look.fill == "frusta"
         if others:
             strokes = look.of_others(len(rest), quick)
-            self._rays.show(rest if look.shown else (), False, grid, palette, strokes, solid)
-            self._fills.show(rest, False, grid, palette, look.fill)
+            shown = rest if look.shown and look.of_all else ()
+            self._rays.show(shown, False, grid, palette, strokes, solid, look.lattice)
+            self._fills.show(rest if is_frusta else (), False, grid, palette)
+            self._footprints.show(
+                rest if is_ground else (), False, selected is not None, palette, solid, quick
+            )
         if selected is not None and not state.show_selection:
             palette = replace(palette, selected=ray_colour(selected.kind, palette))
         chosen = [] if selected is None else [selected]
-        self._rays.show(chosen if look.shown else (), True, grid, palette, look.of_selected(quick), solid)
-        self._fills.show(chosen, True, grid, palette, look.fill)
+        strokes = look.of_selected(quick)
+        self._rays.show(chosen if look.shown else (), True, grid, palette, strokes, solid, look.lattice)
+        self._fills.show(chosen if is_frusta else (), True, grid, palette)
+        self._footprints.show(chosen if is_ground else (), True, True, palette, solid, quick)
 
     def arrange(self, camera: OrbitCamera, size: Size, pixel_ratio: float) -> None:
         """Fit the rays to the viewing direction."""

@@ -115,6 +115,11 @@ class SceneState:
         return self.heatmap if self.skin_gain is None else self.skin_gain
 
     @property
+    def shows_footprints(self) -> bool:
+        """Return whether footprints are drawn: not on a map of the ground."""
+        return self.ray_look.fill == "ground" and self.ground_map is None
+
+    @property
     def shown(self) -> list[Sensor]:
         """The sensors that are not hidden."""
         return [sensor for sensor in self.rig.sensors if sensor.name not in self.hidden]

@@ -30,7 +30,9 @@ def render_still(
     """Draw a state offscreen with smooth edges: pixels (height * scale, width * scale, 3 or 4) uint8.
 
     `size` is width and height; `scale` enlarges everything alike. With `path` a PNG is written there. `view`
-    picks a named view of the whole ROI (InputError for an unknown one), else the state's camera is kept.
+    picks a named view
+    (InputError for an unknown one), that from the corner of the whole ROI if cells are in space; else the state's
+    camera is kept.
     """
     plotter = staged(state, size, scale, view, transparent)
     try:
@@ -64,7 +66,7 @@ def staged(
         scene = DrawnScene(plotter, state.palette, pixel_ratio=float(scale))
         scene.show(state)
         if view is not None:
-            scene.set_view(view, wide=True)
+            scene.set_view(view, wide=not state.heat_look.draped and state.heatmap is not None)
         if transparent:
             plotter.renderer.GradientBackgroundOff()
         scene.prepare()

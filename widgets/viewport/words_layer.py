@@ -5,8 +5,11 @@ from __future__ import annotations
 import numpy as np
 from vtkmodules.vtkRenderingCore import vtkActor2D, vtkRenderer, vtkTextActor
 
+from riglens.core.footprint.ground import EN_62676_4
+from riglens.core.rig.model import Camera
 from riglens.widgets.drawing.camera import Pixel, Size
 from riglens.widgets.drawing.label import (
+    Box,
     Plate,
     place_text,
     put_on_panel,
@@ -15,7 +18,8 @@ from riglens.widgets.drawing.label import (
     text_width_px,
     unit_px,
 )
-from riglens.widgets.heatmap.legend import Box, LegendLayer, Spot
+from riglens.widgets.heatmap.legend import LegendLayer, Spot
+from riglens.widgets.sensors.footprints import tints
 from riglens.widgets.sensors.ray_key import KeyEntry, RayKeyLayer, entries_of
 from riglens.widgets.theme import Palette, mix, rgb
 from riglens.widgets.viewport.scene_state import NO_CAPTION, Caption, SceneState
@@ -31,10 +35,10 @@ class CaptionLayer:
     def __init__(self, renderer: vtkRenderer) -> None:
         self._renderer = renderer
         self._caption = NO_CAPTION
-        self._plates = (Plate(), Plate())
+        self.plates = (Plate(), Plate())
         self._texts: dict[tuple[int, int], vtkTextActor] = {}
         self._placed: object = None
-        for plate in self._plates:
+        for plate in self.plates:
             self._add(plate.actor)
             plate.actor.SetVisibility(False)
 
@@ -56,7 +60,7 @@ class CaptionLayer:
                     (row, column), cell, muted if row == 0 else palette.text, justification=2 * bool(column)
                 )
         self._write((len(caption.table), 0), caption.note if caption.table else "", muted)
-        for plate, is_shown in zip(self._plates, (bool(caption.title), bool(caption.table)), strict=True):
+        for plate, is_shown in zip(self.plates, (bool(caption.title), bool(caption.table)), strict=True):
             plate.set_colour(palette.background)
             plate.actor.SetVisibility(is_shown)
 
@@ -90,7 +94,7 @@ class CaptionLayer:
                 place_text(text, left, low, font_px * unit)
                 width = max(width, text_width_px(text))
         height = high - low + 9 * unit
-        self._plates[0].cover(_MARGIN_PX * unit, high - height, width + 2 * _INSET_PX * unit, height)
+        self.plates[0].cover(_MARGIN_PX * unit, high - height, width + 2 * _INSET_PX * unit, height)
 
     def _place_table(self, unit: float) -> None:
         """Lay out the rows from the bottom; a column is as wide as its widest cell, numbers are right-aligned."""
@@ -105,7 +109,7 @@ class CaptionLayer:
             end = self._place_column(column, end + _GAP_PX * unit, low, unit)
         width = max(right, end) + (_INSET_PX - _MARGIN_PX) * unit
         height = low + (rows * _ROW_PX + 2 - _MARGIN_PX) * unit
-        self._plates[1].cover(_MARGIN_PX * unit, _MARGIN_PX * unit, width, height)
+        self.plates[1].cover(_MARGIN_PX * unit, _MARGIN_PX * unit, width, height)
 
     def _place_column(self, column: int, left: float, low: float, unit: float) -> float:
         """Put the cells of a column under each other; where it ends, in pixels."""
@@ -160,7 +164,7 @@ def text_size_px(text: str, pixel_ratio: float) -> tuple[float, float]:
 SPOTS = (Spot(), Spot(True), Spot(True, True), Spot(True, False, True), Spot(True, True, True))
 """Spots of the legend, from the best to the last: it folds and moves rather than cover the car."""
 _AWAY_PX, _KEY_PX = 14.0, 30.0
-"""Distance of a new spot from the car, and the height that the key of the rays adds to the legend."""
+"""Distance of a new spot from the car, and the height that each key adds to the legend."""
 
 
 def car_box(state: SceneState, size: Size) -> Box:
@@ -185,9 +189,9 @@ class WordsLayer:
             CaptionLayer(overlay),
             EchoLayer(overlay),
         )
-        self._key, self._ground_key = RayKeyLayer(overlay), RayKeyLayer(overlay)
+        self._key, self._ground_key, self._band_key = (RayKeyLayer(overlay) for _ in range(3))
         self._echo_at: tuple[str, Pixel] = ("", (0.0, 0.0))
-        self._spot, self._entries = SPOTS[0], list[KeyEntry]()
+        self._spot, self._entries, self._bands = SPOTS[0], list[KeyEntry](), list[KeyEntry]()
 
     def show_ground_key(self, state: SceneState) -> None:
         """Show the key of the colours on the ground, or nothing where there are none."""
@@ -208,11 +212,21 @@ class WordsLayer:
         casting = state.enabled if state.show_legend and (look.shown or look.fill != "none") else []
         chosen = state.selected_sensor if state.show_selection else None
         self._entries = entries_of(casting, chosen, state.palette)
+        cameras = [one for one in casting if isinstance(one, Camera)]
+        self._bands = []
+        if state.shows_footprints and cameras:
+            shown = tints(cameras[0], state.palette, len(EN_62676_4))
+            limits = [f"{limit:g}" for limit in EN_62676_4]
+            self._bands = [
+                KeyEntry(words, tint.colour, True) for words, tint in zip(limits, shown, strict=True)
+            ]
+            self._bands.insert(0, KeyEntry("px per metre, at least"))
         self._show_key(state.palette)
 
     def _show_key(self, palette: Palette) -> None:
-        """Hide the key of the rays where the legend is folded."""
+        """Hide the keys of sensors and bands where the legend is folded."""
         self._key.set_entries([] if self._spot.is_folded else self._entries, palette)
+        self._band_key.set_entries([] if self._spot.is_folded else self._bands, palette)
 
     def show_caption(self, state: SceneState) -> None:
         """Show the title of a state's picture, and its scores."""
@@ -230,9 +244,17 @@ class WordsLayer:
         self._show_key(state.palette)
         self._key.place(size, pixel_ratio, self._legend.top_px, crowded=bool(state.caption.table))
         above_px = max(self._legend.top_px, self._key.top_px)
+        self._band_key.place(size, pixel_ratio, above_px, crowded=bool(state.caption.table))
+        above_px = max(above_px, self._band_key.top_px)
         self._ground_key.place(size, pixel_ratio, above_px, crowded=bool(state.caption.table))
         self._caption.place(size, pixel_ratio)
         self._echo.show(*self._echo_at, size, pixel_ratio, state.palette)
+
+    def boxes(self) -> list[Box]:
+        """Return the pixels that the plates of the legend, the keys and the caption cover."""
+        keys = (self._key, self._ground_key, self._band_key)
+        plates = (self._legend.plate, *(key.plate for key in keys), *self._caption.plates)
+        return [box for plate in plates if (box := plate.box()) is not None]
 
     def _free_spot(self, state: SceneState, size: Size, pixel_ratio: float) -> Spot:
         """Return the best place of the legend next to the car; the last one is kept as long as it is as good."""
@@ -242,7 +264,8 @@ class WordsLayer:
         for spot in SPOTS:
             box = self._legend.box(size, pixel_ratio, bool(state.caption.table), spot)
             if not spot.is_folded:
-                box = box._replace(height=box.height + _KEY_PX * pixel_ratio)
+                keys = sum(map(bool, (self._entries, self._bands)))
+                box = box._replace(height=box.height + keys * _KEY_PX * pixel_ratio)
             if not box.meets(car, 0.0 if spot == self._spot else _AWAY_PX * pixel_ratio):
                 return spot
         return SPOTS[1]

@@ -19,7 +19,7 @@ from riglens.evaluation.requests import Result
 from riglens.widgets.heatmap.scale import HeatLook
 from riglens.widgets.panels.controls.icons import swatch
 from riglens.widgets.panels.scene.look_panels import HeatPanel, RaysPanel
-from riglens.widgets.sensors.ray_look import LEAST_DENSITY, MOST_DENSITY, Fill, RayLook
+from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, LEAST_DENSITY, MOST_DENSITY, Fill, RayLook
 from riglens.widgets.theme import CLASS_COLOURS
 
 
@@ -34,6 +34,11 @@ class Heat(Feature):
         ),
         Spec(
             "legend", "Legends", "Show the legends of heatmap, rays and ground.", menu="view/shown", is_checkable=True
+        ),
+        Spec(
+            "heat_space", "Heatmap in space",
+            "Show the heatmap as cells in space; off: all heights together on the ground.",
+            "V", menu="view/shown", is_checkable=True,
         ),
         Spec(
             "next_class", "Next traffic class", "Show heatmap and map of the next traffic class.", "T",
@@ -56,6 +61,8 @@ class Heat(Feature):
         self._classes = Choice("class", "Traffic class of heatmap and map.", classes)
         self._classes.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         self.panel = HeatPanel()
+        self._draped: bool | None = None
+        """The user's choice; without one the paper's rigs open with cells in space."""
         self._looks = QMenu(bench.window)
         self.add_look(self.panel)
         for widget in (self._modes, self._classes, looks_button(self._looks)):
@@ -65,11 +72,14 @@ class Heat(Feature):
         bench.places.add_submenu("view/shown", "Traffic class", of_class)
         self.bind(
             next_class=self.next_class,
+            heat_space=lambda: self.panel.draped.setChecked(not self.actions["heat_space"].isChecked()),
             legend=lambda: self.set_legend(self.actions["legend"].isChecked()),
             **{f"heat_{mode}": partial(self.set_mode, mode) for mode in modes},
             **{f"class_{name}": partial(self.set_class, name) for name in classes},
         )
         self.panel.look_changed.connect(self._show_look)
+        self.panel.draped.toggled.connect(self._choose_draped)
+        self.document.opened.connect(self._show_draped)
         self.session.heat_changed.connect(self._show)
         bench.answers.answered.connect(self._show_result)
         self._show()
@@ -79,6 +89,7 @@ class Heat(Feature):
         self.remember("heat/mode", lambda: self.session.heat.mode, self.set_mode)
         self.remember("heat/class", lambda: self.session.heat.class_name, self.set_class)
         self.remember("heat/legend", self.actions["legend"].isChecked, self.set_legend)
+        self.remember("heat/draped", lambda: self._draped, self._take_draped)
         # a slice left over would hide what is expected
         self.remember("heat/look", lambda: asdict(replace(self.panel.look, slice_m=None)), self._take_look)
 
@@ -110,9 +121,24 @@ class Heat(Feature):
 
     def _take_look(self, kept: dict[str, Any]) -> None:
         if (look := look_of(kept)) is not None:
-            self.panel.set_look(look)
+            self.panel.set_look(replace(look, draped=self.panel.look.draped))
+
+    def _take_draped(self, kept: object) -> None:
+        if isinstance(kept, bool):
+            self._draped = kept
+            self._show_draped()
+
+    def _choose_draped(self, is_draped: bool) -> None:
+        """Keep a choice; the boxes of a look that is set have their signals blocked."""
+        self._draped = is_draped
+
+    def _show_draped(self) -> None:
+        """Show a rig as chosen, those of the paper in space."""
+        is_draped = self.document.rig.self_occlusion if self._draped is None else self._draped
+        self.panel.set_look(replace(self.panel.look, draped=is_draped))
 
     def _show_look(self, look: HeatLook) -> None:
+        self.actions["heat_space"].setChecked(not look.draped)
         self.viewport.show_state(replace(self.viewport.state, heat_look=look))
 
     def _show_result(self, result: Result) -> None:
@@ -160,9 +186,9 @@ class RaysShown(Feature):
     """A switch and a choice of fillings in the View menu, and sliders below those of the heatmap."""
 
     specs = (
-        Spec("rays", "Rays", "Show the rays of the sensors.", "R", menu="view/shown", is_checkable=True),
-        _fill("none", "Not filled", "Show rays only."),
-        _fill("ground", "Footprints on the ground", f"Fill the ground in view, within range, {_OPEN}"),
+        Spec("rays", "Rays", "Show the rays of the selected sensor.", "R", menu="view/shown", is_checkable=True),
+        _fill("none", "None", "Show rays only."),
+        _fill("ground", "Footprints on the ground", "Show what cameras resolve and radars reach on the ground."),
         _fill("frusta", "Frusta", f"Fill the outside of each field of view, {_OPEN}"),
     )  # fmt: skip
 
@@ -201,5 +227,6 @@ def ray_look_of(kept: dict[str, Any]) -> RayLook | None:
         return None
     if not (isinstance(density, float) and LEAST_DENSITY <= density <= MOST_DENSITY):
         return None
-    fill: Fill = next((fill for fill in FILLS if fill == kept.get("fill")), "none")
-    return RayLook(kept.get("shown") is not False, opacity, density, fill)
+    fill: Fill = next((fill for fill in FILLS if fill == kept.get("fill")), DEFAULT_RAYS.fill)
+    more = (kept.get(name) is True for name in ("of_all", "lattice"))
+    return RayLook(kept.get("shown") is not False, opacity, density, fill, *more)

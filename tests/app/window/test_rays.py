@@ -95,7 +95,7 @@ def test_fields_of_view_are_filled_from_the_menu_without_rays_too_and_kept(
 ) -> None:
     file = tmp_path / "window.ini"
     with open_bench(qtbot, tmp_path, kept=Settings(file), data=False) as bench:
-        for fill in ("ground", "frusta"):
+        for fill in ("none", "frusta"):
             bench.act(f"fill_{fill}")
             assert bench.viewport.state.ray_look == RayLook(fill=fill)
             assert [
@@ -109,7 +109,8 @@ def test_fields_of_view_are_filled_from_the_menu_without_rays_too_and_kept(
         assert bench.viewport.state.ray_look == RayLook(shown=False, fill="frusta")
         bench.features.rays.panel.reset()
         assert (
-            bench.viewport.state.ray_look == DEFAULT_RAYS and bench.workbench.actions["fill_none"].isChecked()
+            bench.viewport.state.ray_look == DEFAULT_RAYS
+            and bench.workbench.actions["fill_ground"].isChecked()
         )
 
 

@@ -103,7 +103,7 @@ def test_a_lambda_that_is_no_weight_is_refused(bench: Bench) -> None:
 
 
 def test_the_heatmap_follows_mode_class_and_rig(bench: Bench) -> None:
-    assert bench.viewport.state.heatmap.title == "Unseen entropy, car", "an edit changes it"
+    assert bench.viewport.state.heatmap.title == "Unseen traffic, car", "an edit changes it"
     bench.features.heat.set_mode("seen")
     bench.features.heat.set_class("bicycle")
     bench.settle()

@@ -1,4 +1,4 @@
-"""While something moves the car is drawn with its light painted on: it must look like the car at rest."""
+"""Light and reflections are painted on the car: at rest for the eye that looks, and left alone while it moves."""
 
 from dataclasses import replace
 
@@ -26,35 +26,40 @@ def picture(plotter: pv.Plotter, scene: DrawnScene, camera: OrbitCamera, quick: 
 
 
 @pytest.mark.parametrize("body", sorted(PROFILES))
-def test_a_moving_car_looks_like_the_car_at_rest_from_all_sides(plotter, body):
+def test_a_car_at_rest_mirrors_what_its_viewer_sees_in_it(plotter, body):
     scene = DrawnScene(plotter)
     for palette in (DARK, LIGHT):
         scene.show(SceneState(vehicle=Vehicle(body=body), palette=palette))
-        for camera in AROUND:
-            rest, moving = (picture(plotter, scene, camera, quick) for quick in (False, True))
+        picture(plotter, scene, AROUND[0], quick=False)
+        for camera in AROUND[1:]:
+            moving = picture(plotter, scene, camera, quick=True)
+            rest = picture(plotter, scene, camera, quick=False)
             off = np.abs(rest - moving).max(axis=2)
-            assert (off > 0).sum() > 0, "the two are drawn in different ways"
-            assert (off > 60).mean() < 0.01 and off.mean() < 4.0
+            assert (off > 3).mean() > 0.005, "what was mirrored before is not what is mirrored here"
+            assert off.mean() < 6.0, "and it is the same car"
+            assert np.array_equal(rest, picture(plotter, scene, camera, quick=True))
 
 
-def test_moving_changes_what_is_seen_of_the_car_and_makes_nothing_anew(plotter):
+def test_moving_makes_nothing_anew(plotter):
     scene = DrawnScene(plotter)
     scene.prepare()
-
-    def shown() -> set[str]:
-        props = scene._stage.main.GetViewProps()
-        return {prop.GetAddressAsString("") for prop in props if prop.GetVisibility()}
 
     def there() -> set[str]:
         return {prop.GetAddressAsString("") for prop in scene._stage.main.GetViewProps()}
 
-    at_rest, everything = shown(), there()
+    before = there()
     scene.set_quick(True)
-    assert len(shown()) < len(at_rest) - 5
+    assert there() == before
     scene.show(replace(scene.state, vehicle=Vehicle(length=5.0)))
-    assert len(shown()) < len(at_rest) - 5, "another car comes in the middle of a drag"
-    scene.show(replace(scene.state, vehicle=Vehicle()))
-    moving = there()
-    scene.set_quick(False)
-    scene.set_quick(True)
-    assert there() == moving and len(moving) == len(everything)
+    assert len(there()) == len(before), "another car comes in the middle of a drag"
+
+
+def test_glass_is_seen_through_and_mirrors_more_at_a_glancing_angle(plotter):
+    scene = DrawnScene(plotter)
+    scene.show(SceneState())
+    scene.set_camera(AROUND[0])
+    scene.prepare()
+    clear = [part for part in scene._body._painted if part.is_clear]
+    assert len(clear) == 1
+    alpha = np.asarray(clear[0].mesh["rgb"])[:, 3]
+    assert 150 < alpha.min() < 190 and alpha.max() > 200

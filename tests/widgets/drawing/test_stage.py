@@ -86,11 +86,11 @@ BARE = replace(STATE, heatmap=None, rig=Rig(), show_legend=False)
 
 
 @BOTH_SIZES
-def test_ground_grid_and_metres_are_the_same_pixels_while_something_moves(plotter):
+def test_ground_and_rings_are_the_same_pixels_while_something_moves(plotter):
     scene = DrawnScene(plotter)
     scene.show(replace(BARE, camera=OrbitCamera((12.0, 0.0, 0.0), 12.0, -70.0, 40.0)))
     rest, moving = (picture(plotter, scene, quick) for quick in (False, True))
-    assert len(np.unique(rest.reshape(-1, 3), axis=0)) == 4, "there are lines and letters in it"
+    assert len(np.unique(rest.reshape(-1, 3), axis=0)) > 4, "there are lines in it"
     assert np.array_equal(rest, moving)
 
 

@@ -196,7 +196,7 @@ def test_heatmaps_that_follow_closely_wait_and_the_last_one_is_drawn(plotter, sc
         lambda state: replace(state, camera=replace(CAMERA, azimuth_deg=-40.0)),
         lambda state: replace(state, palette=LIGHT),
         lambda state: replace(state, heatmap=None),
-        lambda state: replace(state, ray_look=replace(state.ray_look, fill="ground")),
+        lambda state: replace(state, ray_look=replace(state.ray_look, fill="frusta")),
     ],
     ids=["another sensor", "hidden", "camera", "palette", "no heatmap", "filled"],
 )

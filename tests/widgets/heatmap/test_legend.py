@@ -95,7 +95,7 @@ def test_the_legend_folds_or_moves_rather_than_cover_the_car(
 
 
 def test_the_legend_unfolds_once_there_is_room(scene: DrawnScene) -> None:
-    for size, is_folded in (((400, 240), True), ((1600, 1000), False)):
+    for size, is_folded in (((360, 200), True), ((1600, 1000), False)):
         render_window(scene._stage._plotter).SetSize(*(round(side * scene.pixel_ratio) for side in size))
         scene.show(replace(scene.state, heatmap=heat("ramp")))
         scene.prepare()

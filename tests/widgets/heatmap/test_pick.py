@@ -64,3 +64,12 @@ def test_clear_cells_in_front_of_the_car_let_the_click_through():
     assert found is not None and found.row == 1
     found = cell_at(heat([before, beyond, beside]), HeatLook(), camera, SIZE, pixel_of(camera, beside))
     assert found is not None and found.row == 2
+
+
+def test_on_the_ground_the_strongest_cell_above_the_place_is_meant():
+    data = heat([(12.0, 0.0, 0.2), (12.0, 0.0, 1.0), (12.4, 0.0, 0.2)], [0.4, 0.9, 1.0])
+    found = cell_at(data, HeatLook(draped=True), BESIDE, SIZE, pixel_of(BESIDE, (12.1, 0.1, 0.0)))
+    assert found is not None and found.row == 1
+    sliced = HeatLook(draped=True, slice_m=(0.0, 0.4))
+    assert cell_at(data, sliced, BESIDE, SIZE, pixel_of(BESIDE, (12.1, 0.1, 0.0))).row == 0
+    assert cell_at(data, HeatLook(draped=True), BESIDE, SIZE, pixel_of(BESIDE, (20.0, 0.0, 0.0))) is None

@@ -19,7 +19,7 @@ from riglens.widgets.heatmap.scale import (
     strength,
     tick_values,
 )
-from riglens.widgets.theme import DARK
+from riglens.widgets.theme import DARK, rgb
 
 LOG = HeatLook(log=True)
 
@@ -118,12 +118,12 @@ def test_every_step_is_named_in_its_field():
     assert [(tick.place, tick.text) for tick in bar_ticks(shown, HeatLook())] == [
         (0.125, "0"), (0.375, "1"), (0.625, "2"), (0.875, "3+"),
     ]  # fmt: skip
-    assert len(bar_colours(shown, HeatLook(), DARK.background)) == 4
+    assert len(bar_colours(shown, HeatLook(), DARK)) == 4
 
 
 def test_the_bar_is_empty_where_cells_are_not_drawn():
-    empty = np.array([27, 31, 38]) / 255
-    bar = bar_colours(data([1.0]), HeatLook(threshold=0.5), DARK.background)
+    empty = np.array(rgb(DARK.background))
+    bar = bar_colours(data([1.0]), HeatLook(threshold=0.5), DARK)
     assert np.allclose(bar[:127], empty) and not np.isclose(bar[130:], empty).all(axis=1).any()
-    sides = bar_colours(data([1.0], scale="change"), HeatLook(threshold=0.5), DARK.background)
+    sides = bar_colours(data([1.0], scale="change"), HeatLook(threshold=0.5), DARK)
     assert np.allclose(sides[70:186], empty) and not np.isclose(sides[[0, -1]], empty).all()

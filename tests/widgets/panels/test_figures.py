@@ -111,3 +111,13 @@ def test_one_class_has_all_its_scores_and_all_classes_the_main_ones() -> None:
         (name, figure) for name in CLASSES for figure in leading_figures()
     ]
     assert len({column.title for column in every}) == len(every)
+
+
+def test_a_camera_says_what_it_resolves_and_what_it_shares_with_its_neighbours():
+    left = CAMERA.replace(name="left", rpy_deg=(0.0, 0.0, 60.0))
+    rows = dict(derived_rows(CAMERA, (CAMERA, left)))
+    focal_px = CAMERA.intrinsics_px()[1]
+    heights = [f"{focal_px * 1.72 / distance:.0f}" for distance in (10, 30, 50, 100)]
+    assert rows["Pedestrian, 1.72 m"].startswith(" / ".join(heights))
+    assert rows["Overlap"] == "left: 30.0°, left"
+    assert set(rows) == set(dict(derived_rows(left)))

@@ -1,13 +1,10 @@
 """Radars and ultrasonic sensors in the 3D view: a fan for each scan, and an arc where its range ends."""
 
-import math
-
 import numpy as np
 import pytest
 
 from riglens.core.sensors.radar import Radar, RadarScan
 from riglens.core.sensors.ultrasonic import Ultrasonic
-from riglens.widgets.sensors.fills import fill_mesh
 from riglens.widgets.sensors.ray_look import Strokes
 from riglens.widgets.sensors.rays import fan_of, fan_rows
 from tests.core.builders import grid_of
@@ -28,13 +25,6 @@ def test_an_arc_is_drawn_at_the_range_and_none_where_the_region_ends_before() ->
     ends = np.linalg.norm(np.asarray(fan.edges.points) - RADAR.position, axis=1)
     assert (np.abs(ends - 20.0) < 1e-3).sum() > 20
     assert ends.max() < 60.0  # the scan of 200 m leaves the region
-
-
-def test_the_footprint_of_each_scan_ends_with_its_own_range() -> None:
-    low = NEAR.replace(elevation_deg=(-30.0, 0.0), range_m=10.0)
-    mesh = fill_mesh(RADAR.replace(scans=(low, NEAR)), GRID, "ground", "#ffffff", 0.5)
-    reach = np.hypot(*(np.asarray(mesh.points)[:, :2] - RADAR.position[:2]).T)
-    assert reach.max() == pytest.approx(math.sqrt(20.0**2 - 1.0), abs=1e-3)
 
 
 def test_sound_is_drawn_up_to_the_range_of_a_pole() -> None:

@@ -38,10 +38,11 @@ HEAT = HeatmapData(
 GROUND = GroundMap((-1.0, -1.0), 1.0, np.zeros((2, 2), np.uint8), (), "Blind areas")
 LAYERS = {
     "_body": ("set_vehicle",),
-    "_ground": ("set_grid", "set_shown"),
-    "_roi": ("set_grid",),
+    "_ground": ("set_palette", "set_shown"),
+    "_roi": ("set_grid", "set_shown"),
     "_rig": ("show_bodies", "show_fans", "show_ghosts"),
     "_heatmap": ("set_data", "set_look"),
+    "_drape": ("show",),
     "_words": ("show_legend", "show_caption", "show_ground_key"),
     "_skin_gain": ("show",),
     "_masts": ("show",),
@@ -111,7 +112,7 @@ CHANGES: list[tuple[dict[str, Any], set[str]]] = [
     ({"solid_body": Vehicle()}, {"rig.show_fans"}),
     (
         {"grid": VoxelGrid(0.5, (10.0, 10.0, 4.0))},
-        {"ground.set_grid", "ground.set_shown", "roi.set_grid", "rig.show_fans"},
+        {"roi.set_grid", "rig.show_fans"},
     ),
     ({"rig": MOVED}, {"stubs.show", "masts.show", "rig.show_bodies", "rig.show_fans of the selected sensor"}),
     ({"rig": OTHER_MOVED}, {"stubs.show", "masts.show", "rig.show_bodies", "rig.show_fans"}),
@@ -122,13 +123,19 @@ CHANGES: list[tuple[dict[str, Any], set[str]]] = [
     ({"failed": frozenset({"roof"})}, {"rig.show_bodies", "rig.show_fans"}),
     ({"measured": Measured(Place((1.0, 0.0, 0.0), "ground"))}, {"measure.show"}),
     ({"ghosts": (OTHER,)}, {"rig.show_ghosts"}),
-    ({"skin_gain": HEAT}, {"heatmap.set_data", "words.show_legend", "skin_gain.show"}),
+    ({"skin_gain": HEAT}, {"heatmap.set_data", "drape.show", "words.show_legend", "skin_gain.show"}),
     ({"ray_look": RayLook(shown=False)}, {"stubs.show", "rig.show_fans"}),
-    ({"heatmap": HEAT}, {"heatmap.set_data", "words.show_legend"}),
-    ({"heat_look": HeatLook(log=True)}, {"heatmap.set_look", "words.show_legend"}),
+    ({"heatmap": HEAT}, {"heatmap.set_data", "drape.show", "words.show_legend"}),
+    (
+        {"heat_look": HeatLook(draped=True)},
+        {"heatmap.set_look", "heatmap.set_data", "drape.show", "roi.set_shown", "words.show_legend"},
+    ),
     ({"show_legend": False}, {"words.show_legend", "words.show_ground_key"}),
     ({"post": Post(2.0, -3.0, 0.15, 0.8, is_seen=False)}, {"post.show"}),
-    ({"ground_map": GROUND}, {"ground_map.show", "words.show_ground_key"}),
+    (
+        {"ground_map": GROUND},
+        {"ground_map.show", "words.show_ground_key", "rig.show_fans", "heatmap.set_data", "drape.show"},
+    ),
     ({"caption": Caption("A rig")}, {"words.show_caption"}),
     ({"marker": Marker((1.0, 2.0, 0.5), 0.2)}, {"marker.set_marker"}),
     ({"masts": (Mast("roof", (0.2, 0.5, 1.45), "0.75 m", "in full"),)}, {"masts.show"}),
@@ -137,7 +144,8 @@ CHANGES: list[tuple[dict[str, Any], set[str]]] = [
     (
         {"palette": palette(False)},
         {
-            "body.set_vehicle", "ground.set_grid", "ground.set_shown", "roi.set_grid", "rig.show_bodies",
+            "body.set_vehicle", "ground.set_palette", "heatmap.set_data", "drape.show",
+             "ground.set_shown", "roi.set_grid", "rig.show_bodies",
             "rig.show_fans", "rig.show_ghosts", "words.show_legend", "words.show_caption", "marker.set_marker",
             "gizmo.set_palette", "traffic.set_frame", "masts.show", "measure.show", "words.show_ground_key",
         },

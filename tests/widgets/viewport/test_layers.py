@@ -10,7 +10,6 @@ from riglens.core.rig.model import Camera, Lidar, LinearAngles, Vehicle
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.sensing.rays import clip_to_roi, sensor_rays
 from riglens.core.vehicle.solid import solid_of
-from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.heatmap.levels import DRAG_CELLS, coarse_level, full_level
 from riglens.widgets.sensors.ray_look import (
     LEAST_DENSITY,
@@ -22,7 +21,6 @@ from riglens.widgets.sensors.ray_look import (
 )
 from riglens.widgets.sensors.rays import RaysLayer, fan_of, fan_rows
 from riglens.widgets.theme import DARK, LIGHT, mix, rgb
-from riglens.widgets.viewport.ground_layer import GroundLayer
 from tests.core.vehicle.solids import body_ends
 from tests.widgets.conftest import contrast
 
@@ -182,27 +180,6 @@ def test_a_thin_fan_keeps_its_lowest_and_highest_beam_and_the_corners_of_the_ima
     assert {0, 15} <= set(fan_rows(LIDAR, strokes.lines) // 360)
     columns, lines = CAMERA.resolution
     assert {0, lines * columns - 1} <= set(fan_rows(CAMERA, strokes.lines).tolist())
-
-
-@pytest.mark.parametrize("pixel_ratio", [1.0, 2.0])
-def test_labels_on_the_ground_grow_with_the_distance_as_long_as_there_is_room(pixel_ratio):
-    plotter = pv.Plotter(off_screen=True, window_size=[64, 64], lighting="none")
-    try:
-        ground = GroundLayer(plotter.renderer, plotter.renderer)
-        ground.set_grid(GRID, DARK)
-        heights = []
-        for distance_m in (10.0, 60.0, 120.0, 5000.0):
-            camera = OrbitCamera(distance_m=distance_m)
-            ground.arrange(camera, (640, 400), pixel_ratio)
-            letters = np.asarray(ground._labels.mesh.points)
-            assert letters[:, 0].min() == pytest.approx(-29.8, abs=1e-3), (
-                "they begin at the lines they belong to"
-            )
-            along = letters[(letters[:, 0] < -20.5) & (np.abs(letters[:, 1]) < 5.0)]
-            heights.append(float(np.ptp(along[:, 1])))
-        assert heights == sorted(heights) and heights[0] < heights[1] < heights[-1] < 3.0
-    finally:
-        plotter.close()
 
 
 @pytest.mark.parametrize("palette", [DARK, LIGHT])

@@ -47,16 +47,16 @@ def share_changed(first: np.ndarray, second: np.ndarray, rows: slice, columns: s
 @pytest.mark.parametrize("parallel", [False, True])
 def test_traffic_between_the_eye_and_the_car_does_not_hide_the_car(parallel):
     camera = OrbitCamera((0.0, 0.0, 0.7), 9.0, -90.0, 5.0, parallel=parallel)
-    state = SceneState(camera=camera)
-    bare, walled = picture(state), picture(SceneState(camera=camera, heatmap=wall(-2.5)))
+    state = SceneState(camera=camera, show_legend=False)
+    bare, walled = picture(state), picture(replace(state, heatmap=wall(-2.5)))
     assert share_changed(bare, walled, slice(85, 115), slice(110, 210)) < 0.02
     assert share_changed(bare, walled, slice(10, 24), slice(3, 14)) > 0.8
 
 
 def test_traffic_behind_the_car_is_hidden_by_it_but_seen_beside_it():
     bare, walled = (
-        picture(SceneState(camera=SIDE_VIEW)),
-        picture(SceneState(camera=SIDE_VIEW, heatmap=wall(4.0))),
+        picture(SceneState(camera=SIDE_VIEW, show_legend=False)),
+        picture(SceneState(camera=SIDE_VIEW, show_legend=False, heatmap=wall(4.0))),
     )
     assert share_changed(bare, walled, slice(100, 115), slice(130, 190)) < 0.02
     assert share_changed(bare, walled, slice(85, 105), slice(4, 14)) > 0.8
@@ -100,7 +100,7 @@ def test_rays_are_seen_through_a_heatmap_but_not_through_the_car(kind, selected)
     state = SceneState(
         rig=Rig(sensors=(LIDAR if kind == "lidar" else camera,)), camera=above, heatmap=dense, show_gizmo=False,
         heat_look=HeatLook(opacity=1.0),
-        selected="roof" if selected else None, show_legend=False,
+        selected="roof" if selected else None, show_legend=False, ray_look=RayLook(of_all=True, lattice=True),
     )  # fmt: skip
     without = replace(state, ray_look=RayLook(shown=False))
     hidden_by_cells = np.abs(picture(without) - picture(replace(without, heatmap=None))).max(axis=2) > 40
@@ -123,7 +123,7 @@ def test_the_rays_of_kinds_and_of_the_selected_sensor_have_their_own_colours_and
         ("LiDAR", "camera"): SceneState(rig=both),
         ("camera", "selected LiDAR"): SceneState(rig=both, selected="roof"),
         ("LiDAR",): SceneState(rig=RIG),
-        (): SceneState(rig=both, ray_look=RayLook(shown=False)),
+        (): SceneState(rig=both, ray_look=RayLook(shown=False, fill="none")),
     }
     plotter = pv.Plotter(off_screen=True, window_size=[64, 64], lighting="none")
     scene = DrawnScene(plotter)

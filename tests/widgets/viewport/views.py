@@ -27,7 +27,7 @@ LIDAR = Lidar(
     rpy_deg=(0.0, 0.0, 20.0),
     elevations_deg=LinearAngles(from_=-25.0, to=25.0, count=16),
 )
-CAMERA = Camera(name="front", position=(-1.2, -0.5, 1.8), hfov_deg=70.0, cast=(352, 128))
+CAMERA = Camera(name="front", position=(1.5, -0.9, 1.3), hfov_deg=70.0, cast=(352, 128))
 RIG = Rig(sensors=(LIDAR, CAMERA))
 
 

@@ -183,6 +183,7 @@ class Inspector(QStackedWidget):
             subjects = [rig.sensor(name) for name in selection]
             sensor_form = self._form_for(kind_of(subjects[-1]))
             sensor_form.set_taken_names(frozenset(s.name for s in rig.sensors) - {selection[-1]})
+            sensor_form.set_cameras(rig.enabled_cameras())
             sensor_form.tools.set_saved(self._saved_poses(selection))
             sensor_form.set_partner(partner_of(rig, selection[0]) if len(selection) == 1 else None)
             form = sensor_form

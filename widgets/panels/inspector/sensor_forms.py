@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QCheckBox, QComboBox, QFormLayout, QLabel, QWidget
 
 from riglens.core.geometry import Pose
 from riglens.core.rig.library import default_library
-from riglens.core.rig.model import Sensor
+from riglens.core.rig.model import Camera, Sensor
 from riglens.core.sensors.registry import AnyKind
 from riglens.core.vehicle.placing import FAR_M
 from riglens.widgets.panels.controls.building import plain_label
@@ -56,6 +56,7 @@ class SensorForm(Form):
     def __init__(self, kind: AnyKind, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._taken: frozenset[str] = frozenset()
+        self._cameras: tuple[Camera, ...] = ()
         self._locked: tuple[str, ...] = ()
         self._marked: int | None = None
         self._kind, self._look = kind, appearance_of(kind.name)
@@ -72,6 +73,10 @@ class SensorForm(Form):
     def set_taken_names(self, names: frozenset[str]) -> None:
         """Set the names of the other sensors, which this one cannot take."""
         self._taken = names
+
+    def set_cameras(self, cameras: Sequence[Camera]) -> None:
+        """Set the cameras of the rig, whose overlaps are shown."""
+        self._cameras = tuple(cameras)
 
     def _add_identity(self) -> None:
         self._name = name = TextEdit()
@@ -204,7 +209,7 @@ class SensorForm(Form):
         super().show_subject(subject)
         self.tools.set_pose(subject.pose)
         self._rows.show_ways(subject)
-        self._derived.show_rows(derived_rows(subject))
+        self._derived.show_rows(derived_rows(subject, self._cameras))
         self._show_model(subject)
         self._show_state()
 

@@ -8,7 +8,7 @@ from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import QCheckBox, QGridLayout, QLabel, QPushButton, QSlider, QWidget
 
 from riglens.core.view.heatmap_data import HeatmapData
-from riglens.widgets.heatmap.scale import DEFAULT_LOOK, HeatLook, value_text
+from riglens.widgets.heatmap.scale import USUAL_LOOK, HeatLook, value_text
 from riglens.widgets.panels.controls.building import button
 from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel
 from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, LEAST_DENSITY, MOST_DENSITY, RayLook
@@ -96,16 +96,19 @@ class HeatPanel(LookPanel):
         self.opacity = self.add_slider(
             "Opacity", "Opacity of the highest values.", round(_LEAST_OPACITY * _STEPS), _STEPS
         )
+        self.draped = self.add_box(
+            "On the ground", "All heights together on the ground; off: cells in space."
+        )
         self.log = self.add_box("Logarithmic colours", "Three decades: also shows small values.")
         self.sliced = self.add_box("Horizontal slice only", "Show only some layers of cells.")
         self.bottom = self.add_slider("Height", "Lower edge of the slice.", 0, self._layers - 1)
         self.thickness = self.add_slider("Layers", "Number of layers in the slice.", 1, self._layers)
         self.add_reset()
-        self.set_look(DEFAULT_LOOK)
+        self.set_look(USUAL_LOOK)
 
     def reset(self) -> None:
         """Go back to the default look."""
-        self.set_look(DEFAULT_LOOK)
+        self.set_look(USUAL_LOOK)
 
     # ------------------------------------------------------------------ what is shown
     def set_layers(self, cell_m: float, height_m: float) -> None:
@@ -123,10 +126,12 @@ class HeatPanel(LookPanel):
 
     def set_look(self, look: HeatLook) -> None:
         """Set the sliders to a look, and signal it."""
-        widgets = (self.threshold, self.opacity, self.log, self.sliced, self.bottom, self.thickness)
+        boxes = (self.draped, self.log, self.sliced)
+        widgets = (self.threshold, self.opacity, *boxes, self.bottom, self.thickness)
         blockers = [QSignalBlocker(widget) for widget in widgets]
         self.threshold.setValue(round(look.threshold * _STEPS))
         self.opacity.setValue(round(look.opacity * _STEPS))
+        self.draped.setChecked(look.draped)
         self.log.setChecked(look.log)
         self.sliced.setChecked(look.slice_m is not None)
         low_m, high_m = look.slice_m or (0.0, self._cell_m)
@@ -147,6 +152,7 @@ class HeatPanel(LookPanel):
             self.log.isChecked(),
             self.opacity.value() / _STEPS,
             (low_m, high_m) if self.sliced.isChecked() else None,
+            self.draped.isChecked(),
         )
 
     # ------------------------------------------------------------------ changes
@@ -179,12 +185,16 @@ _PER_OCTAVE = 2
 
 
 class RaysPanel(LookPanel):
-    """Check box and two sliders for a RayLook; the fill stays as it was set."""
+    """Check boxes and two sliders for a RayLook; the fill stays as it was set."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("Rays", parent)
         self._fill = DEFAULT_RAYS.fill
-        self.shown = self.add_box("Show rays", "Show the rays of all enabled sensors.")
+        self.shown = self.add_box("Show rays", "Show the rays of the selected sensor.")
+        self.of_all = self.add_box("Of all sensors", "Show the rays of every enabled sensor.")
+        self.lattice = self.add_box(
+            "Lattice of cameras", "Show a camera's rays up to the region; off: a pyramid."
+        )
         self.opacity = self.add_slider(
             "Opacity",
             "Opacity of the selected sensor's rays; others are fainter.",
@@ -207,9 +217,11 @@ class RaysPanel(LookPanel):
     def set_look(self, look: RayLook) -> None:
         """Set check box and sliders to a look, and signal it."""
         self._fill = look.fill
-        widgets = (self.shown, self.opacity, self.density)
+        widgets = (self.shown, self.of_all, self.lattice, self.opacity, self.density)
         blockers = [QSignalBlocker(widget) for widget in widgets]
         self.shown.setChecked(look.shown)
+        self.of_all.setChecked(look.of_all)
+        self.lattice.setChecked(look.lattice)
         self.opacity.setValue(round(look.opacity * _PERCENT))
         self.density.setValue(_step(look.density))
         del blockers
@@ -219,12 +231,15 @@ class RaysPanel(LookPanel):
     def look(self) -> RayLook:
         """The look that check box and sliders give."""
         density = 2.0 ** (self.density.value() / _PER_OCTAVE)
-        return RayLook(self.shown.isChecked(), self.opacity.value() / _PERCENT, density, self._fill)
+        opacity, boxes = self.opacity.value() / _PERCENT, (self.of_all, self.lattice)
+        return RayLook(
+            self.shown.isChecked(), opacity, density, self._fill, *(box.isChecked() for box in boxes)
+        )
 
     def _on_changed(self, _: object = None) -> None:
         look = self.look
-        for slider in (self.opacity, self.density):
-            slider.setEnabled(look.shown)
+        for widget in (self.of_all, self.lattice, self.opacity, self.density):
+            widget.setEnabled(look.shown)
         self.say({"Opacity": f"{100 * look.opacity:.0f} %", "Density": f"× {look.density:.2g}"})
         self.look_changed.emit(look)
 

@@ -46,7 +46,7 @@ _NOTHING = "No model matches all of these words"
 
 def _model_tip(entry: Entry) -> str:
     """Return title, figures and source of a model."""
-    figures = [f"{caption}: {value}" for caption, value in derived_rows(entry.example)]
+    figures = [f"{caption}: {value}" for caption, value in derived_rows(entry.example) if value[:1] != "—"]
     low, high = entry.example.range_m[0], farthest_m(entry.example)
     if high != float("inf"):
         figures.append(f"Range: {low:g} to {high:g} m")

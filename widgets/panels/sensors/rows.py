@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QRect, Qt
@@ -15,8 +16,10 @@ from PySide6.QtWidgets import (
     QTreeWidgetItem,
 )
 
+from riglens.core.footprint.overlap import overlaps
+from riglens.core.footprint.words import camera_rows
 from riglens.core.rig.library import changed_fields, default_library
-from riglens.core.rig.model import Sensor
+from riglens.core.rig.model import Camera, Sensor
 from riglens.core.sensors.registry import kind_of
 from riglens.core.shown_text import visible
 from riglens.widgets.panels.controls.icons import icon
@@ -26,9 +29,10 @@ from riglens.widgets.panels.sensors.losses import Loss
 from riglens.widgets.theme import LINKED_COLOUR
 
 
-def derived_rows(sensor: Sensor) -> list[tuple[str, str]]:
-    """Return the captions and values, always the same captions for a kind of sensor."""
-    return kind_of(sensor).summary(sensor)
+def derived_rows(sensor: Sensor, cameras: Sequence[Camera] = ()) -> list[tuple[str, str]]:
+    """Return the captions and values, always the same captions for a kind of sensor; `cameras` are those of the rig."""
+    rows = kind_of(sensor).summary(sensor)
+    return [*rows, *camera_rows(sensor, overlaps(cameras))] if isinstance(sensor, Camera) else rows
 
 
 MODIFIED = "*"

@@ -1,0 +1,59 @@
+"""Footprints in the 3D view: the core's bands, as meshes of the same area, strongest for the selected sensor."""
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+from riglens.core.footprint.ground import footprint
+from riglens.core.rig.model import Camera, KannalaBrandt, Vehicle
+from riglens.core.sensors.ultrasonic import Ultrasonic
+from riglens.core.vehicle.solid import solid_of
+from riglens.widgets.sensors.footprints import FootprintsLayer, tints
+from riglens.widgets.theme import DARK
+
+CAMERA = Camera(name="c", position=(0.0, 0.0, 1.5), image=(1600, 900), hfov_deg=70.0)
+BENT = Camera(
+    name="b", position=(0.0, 1.0, 1.0), rpy_deg=(0.0, 40.0, 90.0), image=(1280, 960), fx=320, fy=320, cx=640, cy=480,
+    distortion=KannalaBrandt(k1=-0.02),
+)  # fmt: skip
+SOUND = Ultrasonic(name="u", position=(2.3, 0.0, 0.5))
+
+
+@pytest.fixture
+def layer(plotter: pv.Plotter) -> FootprintsLayer:
+    return FootprintsLayer(plotter.renderer)
+
+
+def drawn(layer: FootprintsLayer, is_selected: bool) -> pv.PolyData:
+    return pv.wrap(layer._fills[is_selected].mapper.GetInput())
+
+
+@pytest.mark.parametrize("sensor", [CAMERA, BENT, SOUND], ids=["pinhole", "bent", "sound"])
+def test_a_mesh_has_the_area_of_the_bands(layer, sensor):
+    layer.show([sensor], True, True, DARK, None, False)
+    found = footprint(sensor)
+    area = drawn(layer, True).triangulate().compute_cell_sizes()["Area"].sum()
+    assert area == pytest.approx(found.area_m2, rel=1e-4)
+    assert len(tints(sensor, DARK, len(found.bands))) == len(found.bands)
+
+
+def test_the_selected_sensor_has_the_strongest_footprint(layer):
+    for is_selected, is_any in ((True, True), (False, True), (False, False)):
+        layer.show([CAMERA], is_selected, is_any, DARK, None, False)
+    others = np.asarray(drawn(layer, False)["rgba"])[:, 3].max()
+    assert np.asarray(drawn(layer, True)["rgba"])[:, 3].max() > others
+    layer.show([CAMERA], False, True, DARK, None, False)
+    assert np.asarray(drawn(layer, False)["rgba"])[:, 3].max() < others
+
+
+def test_nothing_is_shown_of_no_sensor(layer):
+    layer.show([CAMERA], False, False, DARK, None, False)
+    layer.show([], False, False, DARK, None, False)
+    assert not layer._fills[False].visibility and not layer._edges[False].visibility
+
+
+def test_at_rest_the_body_hides_ground(layer):
+    low, solid = CAMERA.replace(rpy_deg=(0.0, 20.0, 0.0)), solid_of(Vehicle())
+    layer.show([low], True, True, DARK, solid, False)
+    area = drawn(layer, True).triangulate().compute_cell_sizes()["Area"].sum()
+    assert area == pytest.approx(footprint(low, solid=solid).area_m2, rel=1e-4)

@@ -1,0 +1,133 @@
+"""Footprints on the ground: bands of pixels per metre of cameras, of classes reached by radars and ultrasonic sensors.
+
+The selected sensor's are strongest. While something moves those of a bent lens or a radar are coarser and ignore the
+car's body.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+import pyvista as pv
+from numpy.typing import NDArray
+from vtkmodules.vtkRenderingCore import vtkRenderer
+
+from riglens.core.footprint.ground import Footprint, footprint, has_footprint
+from riglens.core.rig.model import Camera, Sensor
+from riglens.core.sensors.base import rays_of
+from riglens.core.vehicle.solid import Solid
+from riglens.widgets.drawing.actors import hidden, rgba_actor, show_mesh
+from riglens.widgets.sensors.appearance import ray_colour
+from riglens.widgets.theme import Palette, rgb
+
+Points = NDArray[np.float64]
+_FILL_M, _EDGE_M = 0.004, 0.008
+_OTHERS, _ALONE = 0.26, 0.6
+"""Opacity of a footprint among others, as a share of that of the selected sensor's, and of all where none is."""
+_EDGES = (0.34, 0.95)
+_WIDTHS_PX = (1.1, 2.0)
+_QUICK_DEG = 4.0
+_MOST_KEPT = 256
+
+
+class Tint(NamedTuple):
+    """Colour and opacity of a band."""
+
+    colour: str
+    opacity: float
+
+
+def tints(sensor: Sensor, palette: Palette, count: int) -> list[Tint]:
+    """Return the tints of a footprint's bands, from the finest."""
+    if isinstance(sensor, Camera):
+        places = np.linspace(0, len(palette.bands) - 1, count) if count > len(palette.bands) else range(count)
+        return [Tint(palette.bands[round(place)], palette.band_opacity[round(place)]) for place in places]
+    colour = ray_colour(sensor.kind, palette)
+    return [Tint(colour, 0.3 - 0.09 * place) for place in range(count)]
+
+
+class FootprintsLayer:
+    """Fills and edges of all footprints: those of the selected sensor in actors of their own, since they move."""
+
+    def __init__(self, renderer: vtkRenderer) -> None:
+        self._fills = [hidden(renderer, rgba_actor(pv.PolyData(), "rgba")) for _ in range(2)]
+        self._edges = [hidden(renderer, rgba_actor(pv.PolyData(), "rgba")) for _ in range(2)]
+        for actor in (*self._fills, *self._edges):
+            actor.force_translucent = True
+        self._known: dict[tuple[Sensor, str], Footprint] = {}
+        self.set_line_width(1.0)
+
+    def set_line_width(self, width_px: float) -> None:
+        """Set the width of the edges, for pictures of higher resolution."""
+        for actor, own_px in zip(self._edges, _WIDTHS_PX, strict=True):
+            actor.prop.line_width = own_px * width_px
+
+    def show(
+        self,
+        sensors: Sequence[Sensor],
+        is_selected: bool,
+        is_any_selected: bool,
+        palette: Palette,
+        solid: Solid | None,
+        quick: bool,
+    ) -> None:
+        """Show the footprints of the selected sensor, or those of all others."""
+        share = 1.0 if is_selected else _OTHERS if is_any_selected else _ALONE
+        edge = _EDGES[is_selected or not is_any_selected]
+        found = [self._found(sensor, solid, quick) for sensor in sensors if has_footprint(sensor)]
+        fills, edges = [], []
+        for one in found:
+            for band, tint in zip(one.bands, tints(one.sensor, palette, len(one.bands)), strict=True):
+                fills += [(patch, tint.colour, share * tint.opacity) for patch in band.patches]
+                edges += [(patch, tint.colour, edge) for patch in band.patches]
+        show_mesh(self._fills[is_selected], _mesh(fills, _FILL_M, _faces))
+        show_mesh(self._edges[is_selected], _mesh(edges, _EDGE_M, _outline))
+
+    def _found(self, sensor: Sensor, solid: Solid | None, quick: bool) -> Footprint:
+        key = (rays_of(sensor), "" if solid is None else solid.fingerprint)
+        known = self._known.get(key)
+        if known is not None:
+            return known
+        if quick:
+            return footprint(sensor, step_deg=_QUICK_DEG)
+        if len(self._known) >= _MOST_KEPT:
+            self._known.clear()
+        found = self._known[key] = footprint(sensor, solid=solid)
+        return found
+
+
+_Part = tuple[Points, str, float]
+
+
+def _mesh(
+    parts: Sequence[_Part], height_m: float, cells: Callable[[int, int], NDArray[np.int64]]
+) -> pv.PolyData | None:
+    """Return outlines (n, 2) with their colours as one mesh with an `rgba` array, of faces or of lines."""
+    if not parts:
+        return None
+    counts = [len(outline) for outline, _, _ in parts]
+    flat = np.concatenate([outline for outline, _, _ in parts])
+    points = np.column_stack([flat, np.full(len(flat), height_m)]).astype(np.float32)
+    first = np.concatenate([[0], np.cumsum(counts)[:-1]])
+    made = [cells(count, start) for count, start in zip(counts, first, strict=True)]
+    numbers = np.concatenate(made)
+    mesh = pv.PolyData(points, faces=numbers) if cells is _faces else pv.PolyData(points, lines=numbers)
+    colours = np.array([[*(255.0 * np.array(rgb(colour))), 255.0 * alpha] for _, colour, alpha in parts])
+    mesh["rgba"] = np.repeat(colours, counts, axis=0).astype(np.uint8)
+    return mesh
+
+
+def _faces(count: int, start: int) -> NDArray[np.int64]:
+    """Return the faces of an outline, whose corner k faces corner n - 1 - k across it."""
+    row = np.arange(count // 2 - 1)
+    quads = np.column_stack([row * 0 + 4, row, row + 1, count - 2 - row, count - 1 - row])
+    quads[:, 1:] += start
+    middle = count // 2
+    last = np.array([3, middle - 1, middle, middle + 1]) + np.array([0, start, start, start])
+    return np.concatenate([quads.ravel(), last]) if count % 2 else quads.ravel()
+
+
+def _outline(count: int, start: int) -> NDArray[np.int64]:
+    return np.concatenate([[count + 1], np.arange(count), [0]]) + np.array([0, *[start] * (count + 1)])
