@@ -103,13 +103,13 @@ def _explanation(ranges: DetectionRange) -> Iterator[str]:
         f"the middle of the object, up to {plan.to_m:g} m."
     )
     yield (
-        f"Stops from: speed from which the car stops before it, {plan.reaction_s:g} s of reaction and "
+        f"Can stop from: speed from which the car stops before it, {plan.reaction_s:g} s of reaction and "
         f"{plan.deceleration_mps2:g} m/s2 (our choice), at the least distance."
     )
 
 
 def _table(ranges: DetectionRange) -> Table:
-    titles = ("object", *map(bearing_text, ranges.plan.bearings_deg), "stops from")
+    titles = ("object", *map(bearing_text, ranges.plan.bearings_deg), "can stop from")
     made = table(*titles, dense=True, wraps=range(len(titles)))
     rows = list(dict.fromkeys((row.cls, row.heading_deg) for row in ranges.rows))
     for cls, heading in rows:

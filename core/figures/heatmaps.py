@@ -393,7 +393,7 @@ CHANGE = Change(
 )
 SEEN_TWICE = _part("twice", "Seen by at least 2", "at least 2 sensors", TWICE)
 SEEN_THRICE = _part("thrice", "Seen by at least 3", "at least 3 sensors", THRICE)
-SEEN_BY_TWO_KINDS = _part("kinds", "Seen by both kinds", "sensors of two kinds", TWO_KINDS)
+SEEN_BY_TWO_KINDS = _part("kinds", "Seen by two kinds", "sensors of two kinds", TWO_KINDS)
 OF_TARGETS = ObjectHeatMap.of(ON_TARGET, "Alt+7")
 MISSED_OBJECTS = ObjectHeatMap(
     key="missed",

@@ -112,4 +112,4 @@ def by_hand(space: Space) -> Rig:
         for some in combinations(sorted(usual), count)
         if space.choices.limits.allow([*stays, *some])
     ]
-    return space.rig_with(max(sets, key=space.figure.value, default=stays), "mounted by hand")
+    return space.rig_with(max(sets, key=space.figure.value, default=stays), "typical mounts")

@@ -282,7 +282,7 @@ def _complaints(mount: Mount, limits: MountLimits) -> list[str]:
         most = getattr(limits.beyond_m, side)
         if most is not None and mount.beyond_m[side] > most:
             lines.append(f"overhang ({side}) must be at most {most:g} m (is {mount.beyond_m[side]:.3f} m)")
-    return [*lines, *(f"is in the keep-out zone {zone}" for zone in mount.zones)]
+    return [*lines, *(_zone_text(zone) for zone in mount.zones)]
 
 
 def _size_complaints(rig: Rig, mounts: tuple[Mount, ...], limits: MountLimits) -> list[Violation]:
@@ -305,3 +305,10 @@ def sizes_m(
         ("width", outline.width_m + out[..., 2] + out[..., 3], limits.width_m),
         ("height", rig.vehicle.height + out[..., 4], limits.total_height_m),
     )
+
+
+def _zone_text(zone: str) -> str:
+    """Return what is wrong in a zone: of those named after a part of the car, which part."""
+    if any(zone == usual.name for usual in USUAL_KEEP_OUT):
+        return f"sits on {zone}" if zone == "glass" else f"sits on a {zone}"
+    return f"is in the keep-out zone {zone}"

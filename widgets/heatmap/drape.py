@@ -61,7 +61,7 @@ def draped(data: HeatmapData, look: HeatLook, places: Places) -> tuple[Grid, Gri
     where, values = places.of_cell[rows], data.values[rows].astype(np.float64)
 
     def summed(parts: Grid) -> Grid:
-        return np.bincount(where, parts, nx * ny).reshape(nx, ny)
+        return np.asarray(np.bincount(where, parts, nx * ny), np.float64).reshape(nx, ny)
 
     if data.scale in ("steps", "level"):
         weights = np.ones(len(rows)) if data.weights is None else data.weights[rows].astype(np.float64)

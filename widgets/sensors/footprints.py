@@ -126,8 +126,10 @@ def _faces(count: int, start: int) -> NDArray[np.int64]:
     quads[:, 1:] += start
     middle = count // 2
     last = np.array([3, middle - 1, middle, middle + 1]) + np.array([0, start, start, start])
-    return np.concatenate([quads.ravel(), last]) if count % 2 else quads.ravel()
+    return np.asarray(np.concatenate([quads.ravel(), last]) if count % 2 else quads.ravel())
 
 
 def _outline(count: int, start: int) -> NDArray[np.int64]:
-    return np.concatenate([[count + 1], np.arange(count), [0]]) + np.array([0, *[start] * (count + 1)])
+    row = np.concatenate([[count + 1], np.arange(count), [0]])
+    row[1:] += start
+    return np.asarray(row)

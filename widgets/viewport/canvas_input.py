@@ -67,7 +67,9 @@ class CanvasInput(QObject):
         pixel = self.pixel(event.position())
         button = _BUTTONS.get(event.button(), "none")
         if event.type() == QEvent.Type.MouseMove:
-            self._controller.move(pixel, bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier))
+            keys = event.modifiers()
+            is_ctrl = bool(keys & Qt.KeyboardModifier.ControlModifier)
+            self._controller.move(pixel, is_ctrl, bool(keys & Qt.KeyboardModifier.AltModifier))
         elif event.type() == QEvent.Type.MouseButtonPress:
             self._canvas.setFocus(Qt.FocusReason.MouseFocusReason)
             shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)

@@ -74,7 +74,7 @@ class ViewController:
         self._scene, self._view = scene, view
         self._changed, self._boxing, self._ask_menu = changed, boxing, ask_menu
         self._held: _Held | None = None
-        self._inverted = False
+        self._inverted = self._other_way = False
         self._button: Button = "none"
         self._pressed: Pixel = (0.0, 0.0)
         self._last: Pixel = (0.0, 0.0)
@@ -127,10 +127,10 @@ class ViewController:
             return
         self._grasp(pixel)
 
-    def move(self, pixel: Pixel, inverted: bool = False) -> None:
-        """Handle a move of the mouse, with or without a button; `inverted` is Ctrl."""
+    def move(self, pixel: Pixel, inverted: bool = False, other_way: bool = False) -> None:
+        """Handle a move of the mouse, with or without a button; `inverted` is Ctrl, `other_way` Alt."""
         dx, dy = pixel[0] - self._last[0], pixel[1] - self._last[1]
-        self._last, self._inverted = pixel, inverted
+        self._last, self._inverted, self._other_way = pixel, inverted, other_way
         if self._held is not None and (self._held.drag is not None or not self.busy):
             self._drag_to(pixel)
         elif not self.busy:
@@ -291,7 +291,7 @@ class ViewController:
         if held is None or not all(self._has(name) for name in held.poses):
             return
         if held.drag is None:
-            pose = scene.pose_on_body(pixel, scene.state.rig.sensor(held.name), self.snaps)
+            pose = scene.pose_on_body(pixel, scene.state.rig.sensor(held.name), self.snaps, self._other_way)
         elif (amount := amount_of(held.typed)) is not None:
             pose = held.drag.pose_after(amount)
         else:

@@ -297,10 +297,16 @@ class DrawnScene:
         anything."""
         return self._measure.aim(None if pixel is None else self.place_at(pixel))
 
-    def pose_on_body(self, pixel: Pixel, sensor: Sensor, snap: bool = False) -> Pose | None:
-        """Return the pose of a sensor on the car under a pixel, on round places with `snap`; None off the car."""
+    def pose_on_body(
+        self, pixel: Pixel, sensor: Sensor, snap: bool = False, other_way: bool = False
+    ) -> Pose | None:
+        """Return the pose of a sensor on the car under a pixel, on round places with `snap`; None off the car.
+
+        The `other_way` it is tilted with the surface if the rules keep it upright, and upright if they do not.
+        """
         self._bring_car()
         rules, ray = self._state.placing, self._state.camera.ray(pixel, self.size)
+        rules = replace(rules, upright=rules.upright != other_way)
         hit = self._body.hit(ray)
         if snap and hit is not None:
             pixel_m = self._state.camera.metres_per_pixel(hit[0], self.size) * self._pixel_ratio

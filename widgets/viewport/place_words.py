@@ -14,7 +14,7 @@ import pyvista as pv
 from numpy.typing import NDArray
 from vtkmodules.vtkRenderingCore import vtkRenderer, vtkTextActor
 
-from riglens.core.footprint.ground import footprint, has_footprint
+from riglens.core.footprint.ground import footprint
 from riglens.core.rig.model import Camera, Sensor
 from riglens.widgets.drawing.camera import Pixel, Size
 from riglens.widgets.drawing.label import (
@@ -211,8 +211,9 @@ def _labelled(state: SceneState) -> Camera | None:
     ahead."""
     chosen = state.selected_sensor
     if chosen is not None:
-        known = isinstance(chosen, Camera) and has_footprint(chosen) and chosen.distortion is None
-        return chosen if known and chosen in state.enabled else None
+        if isinstance(chosen, Camera) and chosen.distortion is None and chosen in state.enabled:
+            return chosen
+        return None
     cameras = [one for one in state.enabled if isinstance(one, Camera) and one.distortion is None]
     return max(cameras, key=_ahead, default=None)
 

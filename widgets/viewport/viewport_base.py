@@ -24,6 +24,7 @@ from riglens.widgets.viewport.scene_state import SceneState
 from riglens.widgets.viewport.view import Tool, View
 
 _MAX_NAME_BYTES = 200
+_TILTING = Qt.KeyboardModifier.AltModifier
 OVER_TRAFFIC_DEG = 35.0
 """Over a car 1.5 m high, the ground is seen from 2.1 m behind it on."""
 
@@ -158,7 +159,7 @@ class ViewportBase(View):
 
     def dragMoveEvent(self, event: QDragMoveEvent) -> None:
         """Show where the sensor would be placed."""
-        pose = self._pose_of_drop(event.position())
+        pose = self._pose_of_drop(event)
         self._show_drop(pose)
         event.setAccepted(pose is not None)
 
@@ -168,16 +169,17 @@ class ViewportBase(View):
 
     def dropEvent(self, event: QDropEvent) -> None:
         """Emit the dropped model and its place."""
-        pose, sensor = self._pose_of_drop(event.position()), self._dropped
+        pose, sensor = self._pose_of_drop(event), self._dropped
         self._show_drop(None)
         if pose is not None and sensor is not None:
             event.acceptProposedAction()
             self.model_dropped.emit(sensor.name, pose)
 
-    def _pose_of_drop(self, position: QPointF) -> Pose | None:
+    def _pose_of_drop(self, event: QDropEvent) -> Pose | None:
         if self._dropped is None:
             return None
-        return self._scene.pose_on_body(self._input.pixel(position), self._dropped, self.snaps)
+        pixel, other_way = self._input.pixel(event.position()), bool(event.modifiers() & _TILTING)
+        return self._scene.pose_on_body(pixel, self._dropped, self.snaps, other_way)
 
     def _show_drop(self, pose: Pose | None) -> None:
         sensor = self._dropped

@@ -23,7 +23,7 @@ from riglens.core.vehicle.mesh import (
 from riglens.core.vehicle.mesh_file import mesh_name, mesh_path, read_mesh
 from riglens.widgets.panels.controls.messages import Choices
 
-STAND_IN = "missing: replaced by a plain box"
+STAND_IN, READING = "missing: replaced by a plain box", "reading…"
 
 
 class Car(Feature):
@@ -35,6 +35,7 @@ class Car(Feature):
         self._read: tuple[Path, BodyMesh] | None = None
         self._task: Task | None = None
         self._question = ""
+        self._is_reading = False
         self.document.vehicle_changed.connect(self._follow)
         self.document.file_changed.connect(self._follow)
         inspector = bench.panels.inspector
@@ -69,7 +70,9 @@ class Car(Feature):
         mesh = self.mesh
         self.viewport.show_state(replace(self.viewport.state, vehicle=vehicle.with_body_mesh(mesh)))
         self.session.take_mesh(vehicle.body, mesh)
-        said = STAND_IN if mesh is None else size_text(mesh_size_m(mesh, vehicle.mesh))
+        said = READING if self._is_reading else STAND_IN
+        if mesh is not None:
+            said = size_text(mesh_size_m(mesh, vehicle.mesh))
         self.bench.panels.inspector.set_mesh_size(said, can_fit=mesh is not None)
 
     def _load(self, path: Path) -> None:
@@ -79,7 +82,20 @@ class Car(Feature):
         def read(progress: Progress) -> tuple[Path, BodyMesh]:
             return path, read_mesh(path, lambda: progress(0.0))
 
-        self._task = self.bench.tasks.run(f"Reading {path.name}", read, self._on_read)
+        inspector = self.bench.panels.inspector
+        inspector.set_mesh_size(READING, can_fit=False)
+        self._is_reading = True
+        self._task = self.bench.tasks.run(
+            f"Reading {path.name}", read, self._on_read, partial(self._on_ended, path)
+        )
+
+    def _on_ended(self, path: Path) -> None:
+        """Say that a mesh is missing if reading has not brought it."""
+        if self._shown is None or self._shown[1] != path:
+            return
+        self._is_reading = False
+        if self.mesh is None:
+            self.bench.panels.inspector.set_mesh_size(STAND_IN, can_fit=False)
 
     def _on_read(self, found: tuple[Path, BodyMesh]) -> None:
         if self._shown is None or self._shown[1] != found[0]:

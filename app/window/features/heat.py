@@ -22,6 +22,9 @@ from riglens.widgets.panels.scene.look_panels import HeatPanel, RaysPanel
 from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, LEAST_DENSITY, MOST_DENSITY, Fill, RayLook
 from riglens.widgets.theme import CLASS_COLOURS
 
+SHAPES = {None: "", True: "ground", False: "space"}
+"""Names of the choice of the heatmap's shape in the settings; none for what suits the rig."""
+
 
 class Heat(Feature):
     """Two choices and a panel of sliders in the toolbar; what they choose is the session's."""
@@ -89,7 +92,7 @@ class Heat(Feature):
         self.remember("heat/mode", lambda: self.session.heat.mode, self.set_mode)
         self.remember("heat/class", lambda: self.session.heat.class_name, self.set_class)
         self.remember("heat/legend", self.actions["legend"].isChecked, self.set_legend)
-        self.remember("heat/draped", lambda: self._draped, self._take_draped)
+        self.remember("heat/shape", lambda: SHAPES[self._draped], self._take_shape)
         # a slice left over would hide what is expected
         self.remember("heat/look", lambda: asdict(replace(self.panel.look, slice_m=None)), self._take_look)
 
@@ -123,10 +126,9 @@ class Heat(Feature):
         if (look := look_of(kept)) is not None:
             self.panel.set_look(replace(look, draped=self.panel.look.draped))
 
-    def _take_draped(self, kept: object) -> None:
-        if isinstance(kept, bool):
-            self._draped = kept
-            self._show_draped()
+    def _take_shape(self, kept: str) -> None:
+        self._draped = next((choice for choice, name in SHAPES.items() if name == kept), None)
+        self._show_draped()
 
     def _choose_draped(self, is_draped: bool) -> None:
         """Keep a choice; the boxes of a look that is set have their signals blocked."""

@@ -32,8 +32,12 @@ from riglens.widgets.panels.sensors.library import LibraryList
 LOW_PX = 640
 """In a window lower than this the library has no room below the list of sensors."""
 GAP_M = 0.15
-HINT = "Click on the car to put {name} there; Ctrl snaps to the grid and the centre line; Esc leaves it where it was."
-RULES = ("place_upright", "place_below_rails")
+HINT = (
+    "Click on the car to put {name} there; Alt tilts it with the surface; Ctrl snaps to the grid and the centre line; "
+    "Esc leaves it where it was."
+)
+RULES = {"place_upright": True, "place_below_rails": False}
+"""Ways to put sensors on the car, and whether they are in use at first."""
 IN_PLACE = "Copies of mirror pairs are linked and coincide with the originals: drag them away."
 LOCKED_KEY = "sensors/locked"
 MOST_FILES = 100
@@ -218,7 +222,8 @@ class Placing(Feature):
             "P", "place", "sensor/place", "place", is_checkable=True,
         ),
         Spec(
-            "place_upright", "Keep upright", "Keep sensors level when they are put on the car, whatever the surface.",
+            "place_upright", "Keep upright",
+            "Keep sensors level when they are put on the car; Alt then tilts them with the surface.",
             menu="sensor/place", is_checkable=True,
         ),
         Spec(
@@ -229,6 +234,9 @@ class Placing(Feature):
 
     def __init__(self, bench: Workbench) -> None:
         super().__init__(bench)
+        for key, is_used in RULES.items():
+            self.actions[key].setChecked(is_used)
+        self._set_rules()
         self.bind(place=self.place, place_upright=self._set_rules, place_below_rails=self._set_rules)
         self.viewport.placing_changed.connect(self._show)
         self.viewport.model_dropped.connect(bench.guarded(self.add))
@@ -245,7 +253,7 @@ class Placing(Feature):
 
     def restore(self, settings: Settings) -> None:
         for key in RULES:
-            self.actions[key].setChecked(settings.read(f"placing/{key}", False))
+            self.actions[key].setChecked(settings.read(f"placing/{key}", RULES[key]))
         self._set_rules()
 
     def keep(self, settings: Settings) -> None:

@@ -80,7 +80,7 @@ WHY = {
     "figure": "on_target",
     "sensors": ["left <b>", "right"],
     "sentence": "no pair on these 159 mounts is better in these 100 frames (proven).",
-    "reference": "mounted by hand",
+    "reference": "typical mounts",
     "verdict": "resolved",
     "checks": [{"case": "held-out frames", "gain": 0.03883, "se": 0.00092, "share": 0.92}],
 }

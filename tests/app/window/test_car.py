@@ -125,7 +125,8 @@ def test_a_mesh_that_cannot_be_read_is_reported_and_a_box_stands_in_for_it(bench
     vehicle, mesh = vehicles_shown(bench)[-1]
     assert (vehicle.body, mesh) == (str(bad), None)
     bench.document.select(None)
-    assert bench.find("mesh_size").text() == STAND_IN and not bench.find("mesh_fit").isEnabled()
+    bench.qtbot.waitUntil(lambda: bench.find("mesh_size").text() == STAND_IN, timeout=TIMEOUT_MS)
+    assert not bench.find("mesh_fit").isEnabled()
     bench.type("length", "5")
     assert vehicles_shown(bench)[-1][0].length == 5.0
     bench.act("undo")

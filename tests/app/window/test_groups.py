@@ -154,11 +154,11 @@ def test_a_right_click_on_nothing_opens_the_menu_of_the_view_and_keeps_the_selec
 def test_how_sensors_are_put_on_the_car_is_chosen_and_kept(qtbot: QtBot) -> None:
     kept = Settings()
     with full_desk(qtbot, kept=kept) as bench:
-        assert bench.viewport.state.placing == PlacingRules()
-        bench.act("place_upright")
         assert bench.viewport.state.placing == PlacingRules(upright=True)
         bench.act("place_below_rails")
         assert bench.viewport.state.placing == PlacingRules(upright=True, below_rails=True)
+        bench.act("place_upright")
+        assert bench.viewport.state.placing == PlacingRules(below_rails=True)
         bench.features.placing.keep(kept)
     with full_desk(qtbot, kept=kept) as bench:
-        assert bench.viewport.state.placing == PlacingRules(upright=True, below_rails=True)
+        assert bench.viewport.state.placing == PlacingRules(below_rails=True)

@@ -124,7 +124,7 @@ def test_a_sensor_on_glass_lamps_and_plates_stands_where_nothing_may(material: s
     rig = Rig(vehicle=SEDAN, sensors=(camera(on_material(material)),))
     (mount,) = mounts_of(rig)
     assert material in mount.materials and zone in mount.zones
-    assert f"is in the keep-out zone {zone}" in [v.text for v in violations(rig, MountLimits())]
+    assert any(zone in v.text for v in violations(rig, MountLimits()))
     assert mounts_of(rig, keep_out=())[0].zones == ()
 
 

@@ -19,16 +19,16 @@ if TYPE_CHECKING:  # made by the engine's thread, which loads the compiler
 
 OUTCOMES = {
     "brings_new": (
-        "brings new",
+        "unique",
         "Rays into uncertain space that no other sensor sees.",
     ),
     "seen_by_others": (
         "seen by others",
         "Rays into uncertain space, all of which other sensors see as well.",
     ),
-    "meets_nothing": ("meets nothing", "Rays that leave the region without meeting uncertain space."),
+    "meets_nothing": ("hits nothing", "Rays that leave the region without meeting uncertain space."),
     "ground": ("ends at ground", "Rays that end at the ground without meeting uncertain space."),
-    "never_enters": ("never enters", "Rays that never enter the region."),
+    "never_enters": ("misses the region", "Rays that never enter the region."),
     "hits_car": ("hits the car", "Rays that end at the car's own body."),
 }
 """Titles and tooltips of what becomes of rays, from the best to the worst, by the keys of the audit."""

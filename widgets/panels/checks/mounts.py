@@ -43,7 +43,7 @@ class MountsPanel(QWidget):
         self.lines.itemClicked.connect(self._choose)
         self.lines.itemActivated.connect(self._choose)
         tip = "Requirements file with a section 'mounts', as for riglens check."
-        self.file = button(QPushButton("Limits of a file…"), self.file_wanted, tip)
+        self.file = button(QPushButton("Load limits…"), self.file_wanted, tip)
         self.usual = button(QPushButton("Usual limits"), self.usual_wanted, f"<p>{USUAL_TIP}</p>")
         row = filled(QHBoxLayout(), self.head, self.source, 1, self.usual, self.file)
         filled(QVBoxLayout(self), row, self.lines, margins=(MARGIN, 4, MARGIN, 4))

@@ -167,7 +167,7 @@ class TolerancePanel(QWidget):
         for figure in sorted(tolerated_figures(), key=lambda one: one.needs != "voxels"):
             self._figure.addItem(figure.title, figure.key)
         self._figure.activated.connect(lambda _: self.figure_chosen.emit(self.figure))
-        self.worst = QCheckBox("Show worst draw")
+        self.worst = QCheckBox("Show worst case")
         self.worst.toggled.connect(self.ghost_wanted)
         self.required = button(QPushButton(REQUIRE), self.requirements_wanted, f"<p>{REQUIRE_TIP}</p>")
         self._rows = {name: (RangeBar(), QLabel("—")) for name in classes}

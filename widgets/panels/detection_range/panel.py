@@ -95,7 +95,7 @@ class RangePanel(QWidget):
             box.setKeyboardTracking(False)
             box.valueChanged.connect(lambda _: self._on_values())
         self._ways.setToolTip(plain_tip(STOP_TIP))
-        return _row(QLabel("Enough"), *self._boxes.values(), self._ways, 1)
+        return _row(QLabel("Threshold"), *self._boxes.values(), self._ways, 1)
 
     # ------------------------------------------------------------------ what is shown
     def show_plan(self, plan: RangePlan) -> None:

@@ -13,7 +13,7 @@ from riglens.core.targets.detection_range_text import HEADINGS, bearing_text, re
 from riglens.widgets.panels.figures.table import Cell, FigureTable, Heading
 from riglens.widgets.theme import CLASS_COLOURS
 
-STOPS = "Stops from"
+STOPS = "Can stop from"
 STOPS_TIP = (
     "Highest speed from which the car stops before an object straight ahead, detected at the "
     "least distance. Available: that distance less half the lengths of car and object."
@@ -80,7 +80,7 @@ class RangeTable(FigureTable):
     """Table of detection ranges; the current row selects the chart."""
 
     def __init__(self) -> None:
-        super().__init__("Detection range: first distance with too little, in metres")
+        super().__init__("Detection range in metres")
         self._lines: tuple[Line, ...] = ()
         self.give_titles(TITLE_PX, ROW_PX, self.fontMetrics().horizontalAdvance(WIDEST) + PAD_PX)
 

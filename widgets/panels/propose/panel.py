@@ -139,6 +139,8 @@ class ProposePanel(QWidget):
         self.table.entered.connect(lambda index: self._hover(self._offers[index.row()].key))
         self.table.viewport().installEventFilter(self)
         self.table.clicked.connect(lambda index: self.choose(self._offers[index.row()].key))
+        titles = self.table.verticalHeader()
+        titles.sectionClicked.connect(lambda row: self.choose(self._offers[row].key))
         tip = "Add the sensors of the chosen proposal to the rig, as one step."
         self.apply = button(QPushButton("Apply"), lambda: self.apply_wanted.emit(self._key), tip)
         tip = "Show the chosen proposal next to the rig in the Compare panel."
@@ -207,7 +209,7 @@ class ProposePanel(QWidget):
         for made in (self.pause, self.stop):
             made.setEnabled(state != "idle")
         self.pause.setChecked(state == "paused")
-        self.pause.setText("Go on" if state == "paused" else "Pause")
+        self.pause.setText("Resume" if state == "paused" else "Pause")
         self.bar.setVisible(state != "idle")
         self.searches.setVisible(state == "idle" and self.searches.count() > 1)
 

@@ -17,7 +17,7 @@ from riglens.widgets.panels.propose.chart import Dot, Line, Plot, PlotTone
 if TYPE_CHECKING:  # loads the compiler
     from riglens.core.optimise.results import OptimiseResult
 
-SEARCHING, NO_SEARCH = "Follows with the search.", "Choose what to add and press Start."
+SEARCHING, NO_SEARCH = "Appears once the search runs.", "Choose what to add and press Start."
 RUNNING = "Searching…"
 _BEST: PlotTone = "accent"
 _BOUND: PlotTone = "less"
@@ -69,7 +69,7 @@ def bracket_plot(history: Sequence[Bracket]) -> Plot:
     best = tuple((s, value) for s, value, _ in history if value is not None)
     bound = tuple((s, high) for s, _, high in history if high is not None)
     lines = [Line(points, tone) for points, tone in ((best, _BEST), (bound, _BOUND)) if points]
-    return Plot("Best so far and bound", "s", tuple(lines), empty=SEARCHING)
+    return Plot("Best found, upper limit", "s", tuple(lines), empty=SEARCHING)
 
 
 def front_plot(found: OptimiseResult | None) -> Plot:

@@ -100,7 +100,7 @@ class ScoresPanel(QWidget):
         self._found.setToolTip(FOUND_NOTE)
         self._of_paper = (QLabel("λ"), self._weight, QLabel("Reading"), self._reading)
         tip = f"<b>{FIGURES_TITLE}</b>{FIGURES_HELP}"
-        which = button(QToolButton(), self.help_wanted, tip, "figures_help", "Which figure?")
+        which = button(QToolButton(), self.help_wanted, tip, "figures_help", "What do these mean?")
         filled(
             QHBoxLayout(below), *self._of_paper, self._found, self._note, 1, which,
             margins=(MARGIN, 5, MARGIN, 6), spacing=SPACING,
