@@ -48,7 +48,7 @@ class ToleranceArguments:
 
     errors: Annotated[str, Parameter(group=DRAWING, metavar="NAME")] = "assembly"
     """Errors to draw: assembly, service, brackets, ride or load."""
-    draws: Annotated[int, number(DRAWING)] = 256
+    draws: Annotated[int, number(DRAWING)] = 64
     """Number of draws, which take most of the time; the sequence is balanced in powers of two."""
     seed: Annotated[int, number(DRAWING)] = 0
     """Seed of the draws; the same seed gives the same errors to rigs with the same sensors."""

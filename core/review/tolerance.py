@@ -229,7 +229,7 @@ class ToleranceRun:
 
     Draws of the noise floor, a quarter as many, come in between, so that what is known half-way is known of both."""
 
-    def __init__(self, rig: Rig, profile: ToleranceProfile, draws: int = 256, seed: int = 0) -> None:
+    def __init__(self, rig: Rig, profile: ToleranceProfile, draws: int = 64, seed: int = 0) -> None:
         self.rig, self.profile, self.draws, self.seed = rig, profile, draws, seed
         units = unit_draws(draws, errors_count(rig), seed)
         few = max(1, draws // 4)
@@ -275,7 +275,7 @@ def tolerance(
     rig: Rig,
     profile: ToleranceProfile,
     measure: Measure,
-    draws: int = 256,
+    draws: int = 64,
     seed: int = 0,
     with_sensitivities: bool = True,
     progress: Progress | None = None,

@@ -35,7 +35,7 @@ if TYPE_CHECKING:  # loads the compiler
     from riglens.core.review.requirements import Requirements
 
 DRAWS = 64
-"""Number of draws; `riglens review` uses 256 by default: here they are repeated after every edit."""
+"""Number of draws, as many as `riglens review` takes by default."""
 GROUP = "tolerance"
 SEEN_FROM_M, SEEN_FROM_DEG = 0.15, 8.0
 """Size to which errors in the view are magnified: millimetres are invisible on a car."""
