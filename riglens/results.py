@@ -20,6 +20,7 @@ from riglens.core.figures.evaluated import Evaluated
 from riglens.core.figures.figure import Estimate
 from riglens.core.figures.objects import ClassParts, ObjectFigure, Part, parts_by_class, parts_by_sector
 from riglens.core.figures.registry import object_figures
+from riglens.core.figures.sentence import changes_of, sentence
 from riglens.core.footprint.ground import Footprint
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import KindScore
@@ -186,6 +187,10 @@ class RigResult(ByName[ClassResult]):
     def rig(self) -> Rig:
         """The rig that was scored."""
         return self._evaluation.rig
+
+    def against(self, other: RigResult) -> str:
+        """Say in one sentence whether the rig is better than another in the same scene, by the leading figures."""
+        return sentence(changes_of(self._evaluated, other._evaluated), other.rig.name)
 
     @property
     def covered_voxels(self) -> Mapping[str, int]:

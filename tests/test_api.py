@@ -123,7 +123,7 @@ def test_points_and_audits_are_mappings_with_their_objects(boxes: Path, scene: r
     found = rl.targets(rig, traffic, min_points=3)
     assert found.objects()["cls"].to_pylist() == ["car", "bicycle", "car", "pedestrian"]
     assert list(found) == ["car", "bicycle", "pedestrian"] and found.frames_used == 3
-    assert found["car"].total.objects == 2 and "car on target" in repr(found)
+    assert found["car"].total.objects == 2 and "car at least 5 points" in repr(found)
     audit = rl.audit(rig, scene)
     assert list(audit) == [sensor.name for sensor in audit.rig.sensors]
     assert all(sum(sensor.shares.values()) == pytest.approx(1.0) for sensor in audit.values())

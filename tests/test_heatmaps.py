@@ -160,7 +160,7 @@ def test_the_window_offers_it_and_keeps_the_choice(qtbot: QtBot) -> None:
         panel = desk.features.map.panel
         combo = panel.findChild(QComboBox)
         assert combo is not None
-        choose_item(combo, "seen by exactly 1")
+        choose_item(combo, ONCE.voxels.on_map)
         assert panel.seen_by == "made_up"
         desk.act("heat_share_25px")
         assert desk.recompute.requests[-1].heat == OFF

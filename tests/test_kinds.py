@@ -432,7 +432,7 @@ def picture(state: SceneState) -> NDArray[np.uint8]:
 
 def test_the_map_offers_what_it_sees() -> None:
     shown = {one.key: one.on_map for one in maps()}
-    assert shown["probe"] == "seen by probes" and shown["lowest_2_probe"].endswith("seen by 2 probes")
+    assert shown["probe"] == "entropy seen by probes" and shown["lowest_2_probe"].endswith("seen by 2 probes")
 
 
 def test_a_picture_counts_it() -> None:

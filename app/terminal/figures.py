@@ -12,6 +12,7 @@ from riglens.app.terminal.console import results
 from riglens.core.figures.evaluated import Evaluated
 from riglens.core.figures.figure import Estimate, Figure
 from riglens.core.figures.registry import leading_figures
+from riglens.core.figures.sentence import changes_of, sentence
 from riglens.core.figures.text import UNITS, estimate_text, in_sentence, parts_text
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.shown_text import visible
@@ -37,6 +38,8 @@ def leading_table(rigs: Sequence[Evaluated]) -> Iterator[Table | str]:
                     reasons[f"{visible(rig.rig.name)}: {figure.title}: {outside}{one.reason}."] = None
         made.add_section()
     yield made
+    for rig in rigs[1:]:
+        yield f"{visible(rig.rig.name)}: {sentence(changes_of(rig, rigs[0]), visible(rigs[0].rig.name))}."
     for figure in wanted:
         yield f"{figure.title}: {in_sentence(figure.tip)} Of {figure.region(rigs[0])}."
     yield from reasons

@@ -24,7 +24,6 @@ from riglens.core.shown_text import visible
 from riglens.core.shown_values import NONE
 from riglens.core.targets.counts import Counted
 from riglens.core.targets.object_table import object_table
-from riglens.core.targets.settings import HEIGHT_PX
 from riglens.studies.files import write_csv
 
 Parts = Literal["ring", "sector"]
@@ -113,7 +112,7 @@ def _explanation(every: Sequence[Counted], wanted: Sequence[ObjectFigure]) -> It
         elif not figure.leads:
             yield f"{_heading_of(figure)}: {figure.tip}"
     yield (
-        f"An object is detected by {first.settings.min_points} LiDAR points, or {HEIGHT_PX} px of height in a picture"
+        f"An object is detected by {first.settings.min_points} LiDAR points, or half of it in a picture"
         f"{''.join(f', or {k.hits.threshold:g} {k.hits.label} of {k.plural}' for k in _further(every))}."
     )
     if recall := first.settings.recall:

@@ -50,10 +50,11 @@ class VoxelFigure(Figure):
 
 SEEN = VoxelFigure(
     key="seen",
-    title="Seen by any",
+    title="Entropy seen",
     short="Seen",
     question="Share of the class's entropy H(Ω) that any enabled sensor covers, without occlusion by traffic.",
-    leads=True,
+    is_spread=True,
+    of_paper=True,
     place="any.seen",
     value=lambda scores: scores.any_seen,
     covered_by=(),
@@ -74,7 +75,7 @@ def seen_by(kind: AnyKind) -> VoxelFigure:
     """Return the share of entropy that sensors of a kind cover."""
     return VoxelFigure(
         key=f"seen_{kind.name}",
-        title=f"Seen by {kind.plural}",
+        title=f"Entropy seen by {kind.plural}",
         question=f"Share of the class's entropy H(Ω) that enabled {kind.plural} cover.",
         place=f"{kind.name}.seen",
         value=lambda scores: scores.kinds[kind.name].seen,

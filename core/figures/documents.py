@@ -13,6 +13,7 @@ from riglens.core.figures.figure import ALL, Estimate, Figure
 from riglens.core.figures.objects import ObjectFigure, Part, parts_by_class, parts_by_sector
 from riglens.core.figures.predicted import PREDICTED
 from riglens.core.figures.registry import figures, object_figures
+from riglens.core.figures.sentence import changes_of, sentence
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Body, MetricSettings, common_body
 from riglens.core.plain import to_plain
@@ -31,6 +32,8 @@ def evaluation_document(
     voxels = [one.voxels for one in rigs if one.voxels is not None]
     document = voxels_document(field, settings, voxels)
     for written, one in zip(document["rigs"], rigs, strict=True):
+        if one is not rigs[0]:
+            written["against_first"] = sentence(changes_of(one, rigs[0]), rigs[0].rig.name)
         written["figures"] = _written(one, ALL, [each for each in figures_of(one) if not each.per_class])
         for name in CLASSES:
             of_class = [each for each in figures_of(one) if each.per_class]

@@ -67,10 +67,10 @@ class Figure(ABC):
 
     key: its name in JSON, requirements, sweeps, objectives and Python; title, and `short` where space is short;
     question: one sentence that says what it measures, for tooltips, help and docs; better: its direction; resolved:
-    least difference that tells two rigs apart, in its unit; leads: whether it stands in the first tables; of_paper:
-    whether it is a detail of the paper's score; per_class: False for a figure of the whole rig; place: where its value
-    stands in the JSON of a class and among the columns of sweeps, if not under its key, with dots between the names;
-    needs: what has to be evaluated for it.
+    least difference that tells two rigs apart, in its unit; leads: whether it stands in the first tables; is_spread:
+    whether tolerances spread it though it does not lead; of_paper: whether it is a detail of the paper's score;
+    per_class: False for a figure of the whole rig; place: where its value stands in the JSON of a class and among the
+    columns of sweeps, if not under its key, with dots between the names; needs: what has to be evaluated for it.
     """
 
     key: str
@@ -81,6 +81,7 @@ class Figure(ABC):
     question: str
     resolved: float = 0.0
     leads: bool = False
+    is_spread: bool = False
     of_paper: bool = False
     per_class: bool = True
     place: str = ""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -12,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.figures.figure import Better
-from riglens.core.figures.hits import ENOUGH_POINTS, ON_TARGET
+from riglens.core.figures.hits import MISSED, ON_TARGET
 from riglens.core.figures.objects import ObjectFigure
 from riglens.core.figures.text import UNITS, in_sentence, in_unit
 from riglens.core.figures.voxel_sets import ANY, THRICE, TWICE, TWO_KINDS, VoxelSet
@@ -24,7 +23,6 @@ if TYPE_CHECKING:  # loads the compiler
     from riglens.core.engine.engine import Engine, Evaluation
     from riglens.core.figures.evaluated import Need
     from riglens.core.scene.columns import Words
-    from riglens.core.targets.counts import Counted
     from riglens.core.targets.ground import GroundView
     from riglens.core.view.display import DisplayGrid
 
@@ -283,11 +281,11 @@ class OverGround:
 
 @dataclass(frozen=True, kw_only=True)
 class ObjectHeatMap(HeatMap):
-    """A figure of objects over the ground, of all frames: the mean of those near each cell; or, with `lacking`, the
-    number of those whose figure is 0, which `lacking` says in words ("fewer than 5 points")."""
+    """A figure of objects over the ground, of all frames: the mean of those near each cell, or their sum where they
+    `are_counted`."""
 
     figure: ObjectFigure
-    lacking: Callable[[Counted], str] | None = None
+    are_counted: bool = False
 
     @classmethod
     def of(cls, figure: ObjectFigure, shortcut: str = "") -> ObjectHeatMap:
@@ -315,8 +313,8 @@ class ObjectHeatMap(HeatMap):
     def over(self, ground: GroundView) -> OverGround:
         """Return the values over the ground, in the heatmap's unit."""
         values = self.figure.values(ground.counted)
-        objects, sums = ground.near(values if self.lacking is None else 1.0 - values)
-        if self.lacking is not None:
+        objects, sums = ground.near(values)
+        if self.are_counted:
             return OverGround(self, ground, objects, sums)
         means = np.divide(sums, objects, out=np.full(sums.shape, np.nan), where=objects > 0)
         means = np.maximum(means, self.figure.least)
@@ -328,8 +326,7 @@ class ObjectHeatMap(HeatMap):
         ix, iy = np.nonzero(over.objects)
         x_m, y_m = (low + (i + 0.5) * ground.cell_m for low, i in zip(ground.origin_m, (ix, iy), strict=True))
         centres_m = np.stack([x_m, y_m, np.full(len(ix), ground.cell_m / 2)], axis=1).astype(np.float32)
-        near = f"within {ground.near_m:g} m" if is_current else "recounting"
-        what = f"objects {near}" if self.lacking is None else f"{self.lacking(ground.counted)}, {near}"
+        what = f"objects within {ground.near_m:g} m" if is_current else "recounting"
         weights = None
         if self.scale == "level":
             many = over.objects[ix, iy] / max(int(over.objects.max(initial=1)), 1)
@@ -398,10 +395,10 @@ OF_TARGETS = ObjectHeatMap.of(ON_TARGET, "Alt+7")
 MISSED_OBJECTS = ObjectHeatMap(
     key="missed",
     title="Missed objects",
-    question=f"The number of objects {_NEAR}, with fewer LiDAR points than count as a detection.",
+    question=f"The number of objects {_NEAR}, that no sensor detects.",
     shortcut="Alt+8",
     unit="objects",
     better="less",
-    figure=ENOUGH_POINTS,
-    lacking=lambda counted: f"fewer than {counted.settings.min_points} points",
+    figure=MISSED,
+    are_counted=True,
 )

@@ -19,7 +19,8 @@ if TYPE_CHECKING:  # loads the compiler
 Doubles = NDArray[np.float64]
 RESOLVED = 0.01
 """Smaller changes of on target had the sign of the change of mAP in 19 of 29 pairs (docs/study-detection.md), smaller
-ones of predicted AP in 6 of 10 that it was not fitted to (docs/study-detection-2.md): neither better nor worse."""
+ones of predicted AP in 6 of 10 that it was not fitted to (docs/study-detection-2.md): neither better nor worse. The
+same for the other leading shares is our choice."""
 LIDARS, CAMERAS = (LIDAR.name,), (CAMERA.name,)
 
 
@@ -34,12 +35,15 @@ def _kinds(counted: Counted) -> NDArray[np.int64]:
     return np.asarray(np.sum(list(counted.objects.detected(counted.settings.min_points).values()), axis=0))
 
 
-def _points(least: int) -> ObjectFigure:
+def _points(least: int, leads: bool = False) -> ObjectFigure:
     return ObjectFigure(
         key=f"share_{least}",
         title=f"At least {least} point{'s' * (least > 1)}",
         short=f"≥ {least} pt{'s' * (least > 1)}",
         question=f"Share of objects with at least {least} LiDAR point{'s' * (least > 1)}.",
+        resolved=RESOLVED if leads else 0.0,
+        leads=leads,
+        of_classes=leads,
         kinds=LIDARS,
         values=lambda counted: (counted.objects.all_points >= least).astype(np.float64),
         place=f"lidar.share_{least}",
@@ -51,12 +55,12 @@ ON_TARGET = ObjectFigure(
     title="On target",
     question="Mean of 1 - exp(-cells / 5), with the cells of 0.2 m on an object that LiDARs hit.",
     resolved=RESOLVED,
-    leads=True,
+    is_spread=True,
     kinds=LIDARS,
     values=lambda counted: counted.objects.on_target,
     place="lidar.on_target",
 )
-SHARE_1, SHARE_5 = _points(1), _points(5)
+SHARE_1, SHARE_5 = _points(1), _points(5, leads=True)
 ENOUGH_POINTS = ObjectFigure(
     key="share_min_points",
     title="Enough points",
@@ -75,11 +79,15 @@ POINTS = ObjectFigure(
     is_median=True,
     place="lidar.median_points",
 )
-VISIBLE = ObjectFigure(
-    key="visible",
-    title="Visible to cameras",
-    short="Visible",
-    question="Mean of the pixels that show an object over those that would without occlusion.",
+SEEN_BY_CAMERAS = ObjectFigure(
+    key="seen_by_cameras",
+    title="Seen by cameras",
+    short="Seen, cam.",
+    question="Mean share of an object's silhouette that the picture which shows most of it shows; 0 outside every "
+    "picture.",
+    resolved=RESOLVED,
+    leads=True,
+    of_classes=True,
     kinds=CAMERAS,
     values=lambda counted: counted.objects.visible,
     place="camera.visible",
@@ -90,7 +98,7 @@ TALL = ObjectFigure(
     short=f"≥ {HEIGHT_PX} px",
     question=f"Share of objects that are at least {HEIGHT_PX} px tall in a camera's picture.",
     kinds=CAMERAS,
-    values=lambda counted: _detected(counted, CAMERA.name),
+    values=lambda counted: (counted.objects.height_px >= HEIGHT_PX).astype(np.float64),
     place="camera.share_25px",
 )
 HEIGHT = ObjectFigure(
@@ -114,8 +122,12 @@ BOTH = ObjectFigure(
 MISSED = ObjectFigure(
     key="missed",
     title="Missed",
-    question="Share of objects that no sensor detects.",
+    question="Share of objects that no sensor detects: too few LiDAR points, less than half of it in any picture, no "
+    "return of a sensor of another kind.",
     better="less",
+    resolved=RESOLVED,
+    leads=True,
+    of_classes=True,
     values=lambda counted: (_kinds(counted) == 0).astype(np.float64),
     place="neither",
 )

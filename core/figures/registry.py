@@ -37,10 +37,10 @@ from riglens.core.figures.hits import (
     MISSED,
     ON_TARGET,
     POINTS,
+    SEEN_BY_CAMERAS,
     SHARE_1,
     SHARE_5,
     TALL,
-    VISIBLE,
     by_kind,
 )
 from riglens.core.figures.lowest_heights import LowestHeight, lowest_heights
@@ -53,8 +53,8 @@ from riglens.core.sensors.registry import further_kinds, kinds, shown_kinds
 BUILT_IN: dict[str, Figure] = {
     figure.key: figure
     for figure in (
-        PREDICTED, FOUND, ON_TARGET, SHARE_1, SHARE_5, ENOUGH_POINTS, POINTS, VISIBLE, TALL, HEIGHT, BOTH, MISSED,
-        SEEN, S_MS, BLIND_GROUND,
+        PREDICTED, SHARE_5, SEEN_BY_CAMERAS, MISSED, S_MS, SEEN, ON_TARGET, FOUND, SHARE_1, ENOUGH_POINTS, POINTS,
+        TALL, HEIGHT, BOTH, BLIND_GROUND,
     )
 }  # fmt: skip
 HEAT_MAPS: dict[str, HeatMap] = {
@@ -102,8 +102,9 @@ def leading_figures() -> tuple[Figure, ...]:
 
 
 def tolerated_figures() -> tuple[Figure, ...]:
-    """Return the figures that tolerances spread: the leading ones of classes that have a direction."""
-    return tuple(one for one in leading_figures() if one.per_class and one.better != "neither")
+    """Return the figures that tolerances spread: the leading ones of classes that have a direction, and a few more."""
+    spread = (one for one in figures() if one.leads or one.is_spread)
+    return tuple(one for one in spread if one.per_class and one.better != "neither")
 
 
 def figure_named(key: str) -> Figure | None:

@@ -40,7 +40,7 @@ class VoxelSet:
     @property
     def on_map(self) -> str:
         """Return the title of the map from above that shows the share of the entropy in this set."""
-        return f"seen by {self.seen_by}"
+        return f"entropy seen by {self.seen_by}"
 
     @property
     def is_of_several(self) -> bool:

@@ -192,7 +192,7 @@ def _once_and_twice(sets: Iterable[Words], keep: Words) -> tuple[Words, Words]:
 
 
 def target_coverage(counted: Counted, with_failures: bool = True) -> Coverage:
-    """Count the objects that the rig detects, by `min_points` points of its LiDARs, 25 px of height in a camera, or the
+    """Count the objects that the rig detects, by `min_points` points of its LiDARs, half of it in a picture, or the
     threshold of another kind."""
     rig, objects, groups = counted.rig, counted.objects, counted.groups
     min_points = counted.settings.min_points

@@ -91,9 +91,13 @@ class Sweeper:
         return self._evaluated(self._reference)
 
     def _changes(self, evaluated: Evaluated) -> Iterator[tuple[str, float]]:
-        """Yield the changes of leading figures of objects from the reference, with their standard errors."""
+        """Yield the changes of figures of objects that lead or are spread from the reference, with standard errors."""
         for figure in object_figures():
-            if figure.leads and evaluated.objects is not None and self._of_reference.objects is not None:
+            if (
+                (figure.leads or figure.is_spread)
+                and evaluated.objects is not None
+                and self._of_reference.objects is not None
+            ):
                 cells = figure.cells(evaluated.objects, self._of_reference.objects)
                 for row, name in enumerate(CLASSES, 1):
                     column = f"{name}.{figure.place}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from functools import reduce
 from typing import NamedTuple
@@ -13,7 +14,7 @@ from riglens.core.errors import IsStale
 from riglens.core.kernels.objects import counts as kernel
 from riglens.core.kernels.objects.box_frames import Beams, FrameBoxes
 from riglens.core.kernels.objects.unique_cells import table_mask
-from riglens.core.rig.model import Sensor
+from riglens.core.rig.model import Camera, Sensor
 from riglens.core.sensors.registry import kind_of
 from riglens.core.targets.beams import (
     NOT_STOPPED,
@@ -28,6 +29,7 @@ from riglens.core.targets.range_law import glass_of, law_of
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.shapes import SHAPES, Shape, kind_numbers, kinds_of
 from riglens.core.targets.traffic import Traffic
+from riglens.core.targets.truncation import shares_in_picture
 from riglens.core.vehicle.solid import Barrier
 
 Ids = NDArray[np.int64]
@@ -53,13 +55,14 @@ class _Scratch(NamedTuple):
 class Contribution:
     """Hits on the m objects that count in the first `frames` frames: found int32 (COLUMNS, m) as in
     `kernels.objects.counts`; cells of object o, for LiDARs: found[CELLS, o] of them, from cells[cell_starts[o]]
-    on.
+    on; inside (m,), for cameras: share of the silhouette of an object inside the picture, for others (0,).
     """
 
     frames: int
     found: NDArray[np.int32]
     cell_starts: Ids
     cells: Ids
+    inside: NDArray[np.float64] = dataclasses.field(default_factory=lambda: np.zeros(0))
 
     def joined(self, more: Contribution) -> Contribution:
         """Return this contribution joined with that of the frames that follow."""
@@ -68,6 +71,7 @@ class Contribution:
             np.concatenate([self.found, more.found], axis=1),
             np.concatenate([self.cell_starts, self.cells.size + more.cell_starts]),
             np.concatenate([self.cells, more.cells]),
+            np.concatenate([self.inside, more.inside]),
         )
 
 
@@ -105,6 +109,7 @@ class TargetCaster:
         self._traffic, self._workers = traffic, workers
         self._boxes: dict[Shape, FrameBoxes] = {}
         self._clearance = Clearance(traffic)
+        self._objects = np.flatnonzero(traffic.counts)
         before = np.concatenate([[0], np.cumsum(traffic.counts)])
         self._ranks, self._objects_before = np.where(traffic.counts, before[:-1], -1), before[traffic.starts]
 
@@ -145,7 +150,11 @@ class TargetCaster:
             parts.append(part)
         found = reduce(_together, parts)
         self._count_cells_once(sensor, objects, found.found[kernel.RAYS])
-        return found
+        if not isinstance(sensor, Camera):
+            return found
+        inside, met = np.zeros(found.found.shape[1]), np.flatnonzero(found.found[kernel.ALONE])
+        inside[met] = shares_in_picture(sensor, sweep.boxes, beams, self._objects[objects][met])
+        return dataclasses.replace(found, inside=inside)
 
     def _cast_beams(
         self, beams: Beams, sweep: _Sweep, frames: tuple[int, int], is_stale: IsStale
@@ -187,7 +196,7 @@ class TargetCaster:
         if cells_of is None or not met.size:
             return
         traffic = self._traffic
-        box = np.flatnonzero(traffic.counts)[objects][met]
+        box = self._objects[objects][met]
         local_m = (traffic.centre_m[box] - np.array(sensor.position)) @ sensor.pose.rotation()
         cell = np.column_stack([traffic.frame_of_box[box], cells_of(sensor, local_m)])
         limits = class_limits_m(sensor)

@@ -15,7 +15,7 @@ from riglens.core.sensors.lidar import LIDAR
 from riglens.core.sensors.registry import kind_named
 from riglens.core.targets.calibration import Calibration, shipped
 from riglens.core.targets.groups import Groups
-from riglens.core.targets.settings import CELLS_SCALE, HEIGHT_PX, TargetSettings
+from riglens.core.targets.settings import CELLS_SCALE, HALF, TargetSettings
 from riglens.core.targets.traffic import Traffic
 
 Doubles = NDArray[np.float64]
@@ -48,7 +48,8 @@ class ObjectCounts:
     box (k,): their places in the traffic; points (k, lidars) rays that reach them first, pixels (k, cameras) native
     pixels that show them, of the enabled sensors by name; points_alone and pixels_alone (k,): of all of them together
     without occlusion; cells (k,): distinct cells of 0.2 m that LiDARs hit; heights_px (k, cameras): rows of
-    native pixels from the first to the last that shows it; returns: of the kinds of sensor beside these two, by name.
+    native pixels from the first to the last that shows it; shown (k, cameras): share of the silhouette, outside the
+    picture too, that a picture shows; returns: of the kinds of sensor beside these two, by name.
     """
 
     box: Counts
@@ -60,24 +61,25 @@ class ObjectCounts:
     pixels_alone: Doubles
     cells: Counts
     heights_px: Doubles
+    shown: Doubles
     returns: Mapping[str, Returns] = field(default_factory=dict)
 
     def detected(self, min_points: int, failed: Collection[str] = ()) -> dict[str, NDArray[np.bool_]]:
         """Return by kind of sensor which objects are detected (k,) without some sensors: LiDARs by `min_points` points
-        of all, cameras by 25 px of height in one, others by the number of returns set by their kind."""
-        points, tallest = self.all_points, self.height_px
+        of all, cameras by half of it in one picture, others by the number of returns set by their kind."""
+        points, visible = self.all_points, self.visible
         if failed:
             points = self.points[:, _unfailed(self.lidars, failed)].sum(axis=1)
-            tallest = self.heights_px[:, _unfailed(self.cameras, failed)].max(axis=1, initial=0.0)
+            visible = self.shown[:, _unfailed(self.cameras, failed)].max(axis=1, initial=0.0)
         return {
             LIDAR.name: points >= min_points,
-            CAMERA.name: tallest >= HEIGHT_PX,
+            CAMERA.name: visible >= HALF,
             **{kind: found.without(failed) >= _enough(kind) for kind, found in self.returns.items()},
         }
 
     def sensors_detecting(self, min_points: int) -> Counts:
         """Return the number of sensors that detect each object on their own, (k,)."""
-        flags = [self.points >= min_points, self.heights_px >= HEIGHT_PX]
+        flags = [self.points >= min_points, self.shown >= HALF]
         flags += [found.counts >= _enough(kind) for kind, found in self.returns.items()]
         return np.asarray(np.concatenate(flags, axis=1).sum(axis=1))
 
@@ -109,9 +111,8 @@ class ObjectCounts:
 
     @cached_property
     def visible(self) -> Doubles:
-        """Pixels seen over pixels without anything before it, of all cameras, (k,); 0 where no camera could see it."""
-        alone = np.where(self.pixels_alone > 0.0, self.pixels_alone, 1.0)
-        return np.asarray(self.pixels.sum(axis=1) / alone)
+        """Share of the silhouette, outside pictures too, that the camera shows that shows most of it, (k,)."""
+        return np.asarray(self.shown.max(axis=1, initial=0.0))
 
     @cached_property
     def on_target(self) -> Doubles:

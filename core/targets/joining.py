@@ -30,7 +30,7 @@ class Gatherer:
     def __init__(self, workers: int) -> None:
         self._cells = JoinedCells(workers)
         self._lidars = _Kept[tuple[Counts, Counts, Counts]]()
-        self._cameras = _Kept[tuple[Doubles, Doubles, Doubles]]()
+        self._cameras = _Kept[tuple[Doubles, Doubles, Doubles, Doubles]]()
 
     def objects(self, box: Counts, rig: Rig, by_sensor: Mapping[str, Contribution]) -> ObjectCounts:
         """Return the hits of a rig's enabled sensors on objects at positions box (k,) of the traffic."""
@@ -42,7 +42,7 @@ class Gatherer:
         points, alone, cells = self._lidars.of(
             (of_lidars, count), lambda: _by_lidars(of_lidars, count, self._cells)
         )
-        pixels, pixels_alone, heights_px = self._cameras.of(
+        pixels, pixels_alone, heights_px, shown = self._cameras.of(
             (of_cameras, count, native.tolist()), lambda: _by_cameras(of_cameras, count, native)
         )
         return ObjectCounts(
@@ -55,6 +55,7 @@ class Gatherer:
             pixels_alone,
             cells,
             heights_px,
+            shown,
             _returns(rig, by_sensor, count),
         )
 
@@ -97,12 +98,14 @@ def _by_lidars(lidars: Lidars, objects: int, cells: JoinedCells) -> tuple[Counts
 
 def _by_cameras(
     cameras: tuple[Contribution, ...], objects: int, native: Doubles
-) -> tuple[Doubles, Doubles, Doubles]:
-    """Return pixels (objects, cameras), pixels of all cameras without occlusion (objects,), and heights (objects,
-    cameras) in pixels."""
+) -> tuple[Doubles, Doubles, Doubles, Doubles]:
+    """Return pixels (objects, cameras), pixels of all cameras without occlusion (objects,), heights (objects, cameras)
+    in pixels, and the share of the whole silhouette that each camera shows (objects, cameras)."""
     area = native.prod(axis=1)
-    alone = (_column(cameras, ALONE, objects) * area).sum(axis=1)
-    return _column(cameras, RAYS, objects) * area, alone, _rows(cameras, objects) * native[:, 1]
+    alone, seen = (_column(cameras, column, objects) for column in (ALONE, RAYS))
+    inside = np.array([one.inside[:objects] for one in cameras]).reshape(len(cameras), objects).T
+    shown = inside * seen / np.maximum(alone, 1)
+    return seen * area, (alone * area).sum(axis=1), _rows(cameras, objects) * native[:, 1], shown
 
 
 def _column(contributions: tuple[Contribution, ...], column: int, objects: int) -> Counts:

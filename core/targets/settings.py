@@ -16,7 +16,11 @@ CELLS_SCALE = 5.0
 """on_target = mean over objects of 1 - exp(-cells / 5)."""
 RING_M, RINGS_TO_M = 10.0, 100.0
 """Width of the rings; what lies beyond the second number makes one more ring."""
+HALF = 0.5
+"""An object of which a picture shows this share is detected by its camera: our choice."""
 HEIGHT_PX = 25
+"""Height that KITTI requires of moderate and hard objects; no criterion of detection here, where it would say that
+narrow cameras beat wide ones."""
 NEAR_M = 2.0
 """Distance within which objects belong to a cell of the ground, between centres of cells: our choice."""
 

@@ -26,13 +26,13 @@ def ground_colours(shown: OverGround) -> NDArray[np.uint32]:
 
 
 def _map_of(shown: OverGround) -> str:
-    return SHARE_MAP if shown.heat.lacking is None else COUNT_MAP
+    return COUNT_MAP if shown.heat.are_counted else SHARE_MAP
 
 
 def draw_ground_legend(painter: QPainter, area: QRectF, shown: OverGround, tones: Tones) -> None:
     """Draw the colour bar with its unit and the way in which it gets better."""
     heat = shown.heat
-    unit = heat.unit if heat.lacking is None else ""
+    unit = "" if heat.are_counted else heat.unit
     end = " ".join(filter(None, (f"{shown.top:,.4g}", unit, heat.on_map)))
     draw_bar(painter, area, _map_of(shown), [(0.0, "0"), (0.5, heat.direction), (1.0, end)], tones)
 
@@ -45,13 +45,13 @@ def ground_text(shown: OverGround, place_m: tuple[float, float]) -> str:
     if cell is None or not objects:
         return f"no {ground.class_name} within {ground.near_m:g} m"
     near = f"of {objects:,} within {ground.near_m:g} m"
-    if heat.lacking is None:
-        return f"{shown.values[cell]:.1f} {heat.unit} {heat.on_map}, mean {near}"
-    return f"{int(shown.values[cell]):,} {near} have {heat.lacking(ground.counted)}"
+    if heat.are_counted:
+        return f"{int(shown.values[cell]):,} {near}: {heat.on_map}"
+    return f"{shown.values[cell]:.1f} {heat.unit} {heat.on_map}, mean {near}"
 
 
 def summary_of(shown: OverGround) -> str:
     """Describe the map."""
     heat, ground = shown.heat, shown.ground
-    what = f"{heat.on_map}: mean" if heat.lacking is None else f"objects with {heat.lacking(ground.counted)}"
+    what = heat.on_map if heat.are_counted else f"{heat.on_map}: mean"
     return f"{what} of those within {ground.near_m:g} m, {ground.frames:,} frames"

@@ -26,7 +26,15 @@ from riglens.widgets.maps.map_items import NO_BOXES
 from riglens.widgets.panels.checks.redundancy import RedundancyPanel
 from riglens.widgets.panels.controls.menus import add_entry
 from riglens.widgets.panels.inspector.marginal_view import FAILED, NOT_COUNTED, WAITING
-from riglens.widgets.panels.sensors.losses import Loss, Losses, losses_of, meaning, measures, usual_measure
+from riglens.widgets.panels.sensors.losses import (
+    Loss,
+    Losses,
+    losses_of,
+    meaning,
+    measure_for,
+    measures,
+    usual_measure,
+)
 from riglens.widgets.panels.sensors.tree import NO_BOXES_TIP
 
 GROUP = "marginal"
@@ -191,8 +199,13 @@ class Marginals(Feature):
             found[name] = losses_of(now, self._known_without(name))
             if name in elsewhere:
                 found[name] = dict.fromkeys(found[name], Loss(None, NONE, NO_BOXES_TIP))
-        key = self.measure.key
-        self.bench.panels.tree.show_losses({name: one[key] for name, one in found.items() if key in one})
+        rig, measure = self.document.working_rig, self.measure
+        if self.result is not None and self.result.scene.options.pog is not None:
+            measure = next(one for one in measures().values() if one.needs == "voxels")
+        key_of = {one.name: measure_for(one.kind, measure).key for one in rig.sensors}
+        self.bench.panels.tree.show_losses(
+            {name: one[key_of[name]] for name, one in found.items() if key_of[name] in one}
+        )
         self.panel.show_losses(found)
         self._show_selected()
 

@@ -11,6 +11,7 @@ from riglens.app.background.counting import CountAnswer, CountRequest
 from riglens.app.window.feature import Feature
 from riglens.app.window.workbench import Workbench
 from riglens.core.figures.predicted import FOUND
+from riglens.core.figures.sentence import sentence
 from riglens.core.figures.values import FigureCells
 from riglens.widgets.panels.controls.scrolled import scrolled
 from riglens.widgets.panels.targets.panel import MOST_POINTS, TargetsPanel
@@ -120,7 +121,10 @@ class Targets(Feature):
             answer = self.answer
             self.panel.show_counts(answer.counted, answer.baseline, baseline)
             scores, cells = self.bench.panels.scores, self._cells(answer)
-            scores.show_figures("objects", {key: found.compared() for key, found in cells.items()})
+            compared = {key: found.compared() for key, found in cells.items()}
+            scores.show_figures("objects", compared)
+            name = f"{answer.request.baseline_rig.name} (saved)" if pinned is None else pinned.name
+            scores.show_judgement(sentence({key: one.change for key, one in compared.items()}, name))
             scores.show_found(cells[FOUND.key])
             if answer.request is not self._asked:
                 self._grey()

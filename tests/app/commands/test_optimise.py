@@ -94,7 +94,7 @@ def test_of_a_file_and_an_option_the_stricter_limit_holds(riglens, town, tmp_pat
         (("--add", "velodyne-vlp-61"), "unknown sensor model"),
         (("--add", "nuscenes-front"), "must be a LiDAR"),
         ((*FEW, "--count", "0"), "--count must be between 1 and 20 (got 0)"),
-        ((*FEW, "--objective", "beauty"), "--objective must be one of predicted, on_target, "),
+        ((*FEW, "--objective", "beauty"), "--objective must be one of predicted, share_5, "),
         ((*FEW, "--budget", "1"), "--budget must be at least 2, the cheapest addition (got 1)"),
         ((*FEW, "--cost", "generic-16"), "--cost must be MODEL=COST"),
         ((*FEW, "--lowest", "2.9"), "no mount on the car's skin keeps all limits"),

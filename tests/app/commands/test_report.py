@@ -659,7 +659,7 @@ def test_the_table_of_objects_has_the_columns_of_all_rigs_and_dashes_where_one_h
         for listed in (figures["rigs"], figures["evaluation"]["rigs"], figures["targets"]["rigs"]):
             listed.reverse()
     titles, rows = object_cells(report_page(ReportDocument(figures, rigs, document.drawings)), "car")
-    assert titles.index("Visible to cameras") < titles.index("By radars") < titles.index("By two kinds")
+    assert titles.index("Median height") < titles.index("By radars") < titles.index("By two kinds")
     with_radar, without = rows[1::-1] if is_reversed else rows[:2]
     share = figures["targets"]["rigs"][is_reversed]["classes"]["car"]["radar"]["share"]
     assert with_radar["By radars"] == percent(share)
@@ -674,11 +674,11 @@ def test_a_rig_of_cameras_has_dashes_for_points(document):
             found["figures"][key] = {"value": None, "se": 0.0, "state": "none", "reason": reason}
     page = report_page(ReportDocument(figures, document.rigs, document.drawings))
     _, (before, after, change) = object_cells(page, "car")
-    for title in ("At least 5 points", "Median points"):
+    for title in ("At least 1 point", "Median points"):
         assert after[title] == change[title] == "—" != before[title], title
-    assert "—" not in (after["Visible to cameras"], change["Visible to cameras"])
+    assert "—" not in (after["Median height"], change["Median height"])
     assert f'title="{reason}"' in page
-    assert 'data-from="targets/rigs/1/classes/car/sectors' not in page
+    assert not re.search(r'data-from="targets/rigs/1/classes/car/sectors/\d/(share_5|predicted)', page)
 
 
 @pytest.mark.parametrize("figure", ["predicted", "found"])

@@ -83,10 +83,10 @@ def test_any_split_and_any_workers_give_the_same_bytes(sweep, tmp_path, monkeypa
 
 def test_changes_are_measured_against_the_given_rig(sweep):
     row = sweep("--vary", "roof.z=1.9:1.9:1").to_pylist()[0]
-    assert row["car.lidar.on_target_change"] == 0.0 and row["car.lidar.on_target_change_se"] == 0.0
+    assert row["car.lidar.share_5_change"] == 0.0 and row["car.lidar.share_5_change_se"] == 0.0
     low, high = sweep("--vary", "roof.z=1.7:2.3:2").to_pylist()
-    change = high["car.lidar.on_target_change"] - low["car.lidar.on_target_change"]
-    assert change == pytest.approx(high["car.lidar.on_target"] - low["car.lidar.on_target"], abs=1e-12)
+    change = high["car.lidar.share_5_change"] - low["car.lidar.share_5_change"]
+    assert change == pytest.approx(high["car.lidar.share_5"] - low["car.lidar.share_5"], abs=1e-12)
 
 
 def test_several_rigs_and_one_kind_of_figure(riglens, boxes, small_rig, tmp_path):

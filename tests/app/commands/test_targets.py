@@ -138,14 +138,17 @@ def test_a_rig_without_a_kind_of_sensor_has_dashes_not_zeros(riglens, boxes, tmp
         (tmp_path / f"{name}.yaml").write_text(text, encoding="utf-8")
     rigs = [tmp_path / f"{tuple(held)[place]}.yaml" for place in order]
     document = json.loads(riglens(*TARGETS, *rigs, "--boxes", boxes, *EXACT, "--json", "-").out)
-    lacking = {"eyes": {"share_5", "seen_lidar", "radar"}, "points": {"visible", "seen_camera", "radar"}}
+    lacking = {
+        "eyes": {"share_5", "seen_lidar", "radar"},
+        "points": {"seen_by_cameras", "seen_camera", "radar"},
+    }
     for rig in document["rigs"]:
         for of_class in rig["classes"].values():
             none = {key for key, one in of_class["figures"].items() if one["value"] is None}
             none |= {"radar", "seen_radar"} - of_class["figures"].keys()
             expected = lacking.get(rig["name"], set())
-            assert {key for key in ("share_5", "visible", "radar") if key in none} == {
-                key for key in ("share_5", "visible", "radar") if key in expected
+            assert {key for key in ("share_5", "seen_by_cameras", "radar") if key in none} == {
+                key for key in ("share_5", "seen_by_cameras", "radar") if key in expected
             }
     shown = riglens(*TARGETS, *rigs, "--boxes", boxes, *EXACT).out
     for name in held:

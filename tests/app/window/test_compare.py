@@ -71,7 +71,6 @@ def test_every_rig_has_the_scores_of_a_fresh_evaluation(bench: Bench) -> None:
     name = PAPER_RIGS[0]
     fresh = bench.fresh_scores(preset(name)).classes["car"]
     assert compare(bench).panel.table.text_of(name, "car S-MS") == value_text(S_MS, fresh.s_ms)
-    assert compare(bench).panel.table.text_of(name, "car seen") == value_text(SEEN, fresh.any_seen)
 
 
 def test_the_rig_being_edited_is_the_first_row_and_follows_the_edits(bench: Bench) -> None:
@@ -159,8 +158,8 @@ def test_differences_count_from_the_first_rig_or_from_the_baseline(bench: Bench)
     here, other, bare = (bench.fresh_scores(rig).classes["car"] for rig in (RIG, preset("W+T"), empty))
     panel = compare(bench).panel
     choose(bench, "compare_shown", "difference to the first")
-    assert panel.table.text_of("W+T", "car seen") == change_text(SEEN, other.any_seen - here.any_seen)
-    assert panel.table.text_of("small", "car seen") == "—"
+    assert panel.table.text_of("W+T", "car S-MS") == change_text(S_MS, other.s_ms - here.s_ms)
+    assert panel.table.text_of("small", "car S-MS") == "—"
     choose(bench, "compare_shown", "difference to the baseline")
     assert panel.table.text_of("W+T", "car S-MS") == change_text(S_MS, other.s_ms - bare.s_ms)
 
@@ -172,12 +171,13 @@ def test_rigs_are_sorted_by_the_column_that_is_clicked(bench: Bench, class_name:
     choose(bench, "compare_class", class_name)
     panel = compare(bench).panel
     header = panel.table.horizontalHeader()
-    section = FIRST_FIGURE + [column.figure for column in panel.model.columns].index(SEEN)
+    figure = S_MS if class_name == ALL_CLASSES else SEEN
+    section = FIRST_FIGURE + [column.figure for column in panel.model.columns].index(figure)
     panel.table.scrollTo(panel.table.model().index(0, section))
     place = QPoint(header.sectionViewportPosition(section) + 20, header.height() // 2)
     bench.qtbot.mouseClick(header.viewport(), Qt.MouseButton.LeftButton, pos=place)
     scored = "car" if class_name == ALL_CLASSES else class_name
-    rows = sorted(compare(bench).rows, key=lambda row: row.scores.classes[scored].any_seen)  # type: ignore[union-attr]
+    rows = sorted(compare(bench).rows, key=lambda row: figure.of_scores(row.scores, scored).value)  # type: ignore[arg-type]
     assert [row.name for row in panel.table.shown_rows()] == [row.name for row in rows]
 
 
@@ -265,13 +265,13 @@ def test_bars_are_as_long_as_the_figures_of_the_table(bench: Bench) -> None:
     for chart in charts:
         assert bool(chart.bars) == (chart.shown.figure.needs == "voxels")  # nobody counts here
     charts = [chart for chart in charts if chart.bars]
-    assert [chart.shown.title for chart in charts][:2] == ["car seen", "car S-MS"]
+    assert [chart.shown.title for chart in charts][:2] == ["car S-MS", "bicycle S-MS"]
     assert all([bar.row.name for bar in chart.bars] == ["small", "W+T", "N+C"] for chart in charts)
-    for bar in charts[1].bars:
+    for bar in charts[0].bars:
         assert bar.row.scores is not None
         assert bar.value.value == bar.row.scores.classes["car"].s_ms <= 0.0
-        assert bar.area.top() == charts[1].zero_px  # what is below zero hangs down
-    lengths = [bar.area.height() / bar.value.value for bar in charts[1].bars]
+        assert bar.area.top() == charts[0].zero_px  # what is below zero hangs down
+    lengths = [bar.area.height() / bar.value.value for bar in charts[0].bars]
     assert lengths == pytest.approx([lengths[0]] * 3, rel=0.05)
 
 
@@ -309,7 +309,7 @@ def test_a_click_on_a_bar_selects_its_rig_and_a_double_click_opens_it(bench: Ben
     compare(bench).add_presets(("W+T",))
     wait_for_scores(bench)
     chart = show_bars(bench)
-    seen = next(one for one in chart.charts() if one.shown.figure is SEEN)
+    seen = next(one for one in chart.charts() if one.shown.figure is S_MS)
     place = seen.bars[1].area.center().toPoint()
     bench.qtbot.mouseClick(chart, Qt.MouseButton.LeftButton, pos=place)
     assert compare(bench).panel.table.chosen == (compare(bench).rows[1].key,)

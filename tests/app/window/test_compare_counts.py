@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from riglens.app.background.counting import OtherCount
 from riglens.core.figures.figure import Estimate
-from riglens.core.figures.hits import ON_TARGET
+from riglens.core.figures.hits import SHARE_5
 from riglens.core.figures.registry import leading_figures, object_figures
 from riglens.core.figures.text import change_text, estimate_text, in_sentence
 from riglens.core.figures.values import values_of_objects
@@ -23,11 +23,11 @@ def asked(desk: FullDesk) -> list[OtherCount]:
 def answered(desk: FullDesk, request: OtherCount) -> Estimate:
     figures = values_of_objects(ENGINE.evaluate(request.rig, request.settings))
     desk.features.compare._rigs._take_count(request, figures)
-    return figures[ON_TARGET.key]["car"]
+    return figures[SHARE_5.key]["car"]
 
 
 def shown(desk: FullDesk, name: str) -> str:
-    return desk.features.compare.panel.table.text_of(name, "car on target")
+    return desk.features.compare.panel.table.text_of(name, "car ≥ 5 pts")
 
 
 def test_rigs_are_counted_once_the_rig_being_edited_is_and_show_it_first(desk: FullDesk) -> None:
@@ -39,9 +39,9 @@ def test_rigs_are_counted_once_the_rig_being_edited_is_and_show_it_first(desk: F
     assert request.rig.name == "W+C" and not request.is_variant
     assert shown(desk, "W+C") == "…"
     value = answered(desk, request)
-    assert shown(desk, "W+C") == estimate_text(ON_TARGET, value)
-    own = desk.features.targets.answer.figures[ON_TARGET.key]["car"]
-    assert shown(desk, desk.document.rig.name) == estimate_text(ON_TARGET, own)
+    assert shown(desk, "W+C") == estimate_text(SHARE_5, value)
+    own = desk.features.targets.answer.figures[SHARE_5.key]["car"]
+    assert shown(desk, desk.document.rig.name) == estimate_text(SHARE_5, own)
     leading = [figure.key for figure in leading_figures()]
     assert [column.figure.key for column in compare.panel.model.columns] == 3 * leading
 
@@ -52,8 +52,8 @@ def test_differences_count_from_the_baseline(desk: FullDesk) -> None:
     count(desk)
     value = answered(desk, asked(desk)[0])
     compare.panel.model.set_shown("baseline")
-    before = desk.features.targets.answer.baseline_figures[ON_TARGET.key]["car"]
-    assert shown(desk, "W+C") == change_text(ON_TARGET, value.value - before.value)
+    before = desk.features.targets.answer.baseline_figures[SHARE_5.key]["car"]
+    assert shown(desk, "W+C") == change_text(SHARE_5, value.value - before.value)
 
 
 def test_another_way_of_counting_makes_all_void(desk: FullDesk) -> None:

@@ -8,7 +8,7 @@ from PySide6.QtTest import QTest
 from riglens.app.background.counting import OtherCount
 from riglens.app.window.features.marginals import Marginals
 from riglens.core.figures.figure import ALL
-from riglens.core.figures.hits import ON_TARGET
+from riglens.core.figures.hits import SHARE_5
 from riglens.core.figures.registry import leading_figures
 from riglens.core.figures.values import Values, values_of_objects
 from riglens.widgets.panels.controls.style import style_sheet, tones
@@ -51,17 +51,15 @@ def test_the_list_shows_the_loss_in_the_measure_that_is_chosen(desk: FullDesk) -
     roof = asked(desk)[0]
     marginals(desk)._take_count(roof, counted(roof))
     row = desk.panels.tree._items["roof"]
-    marginals(desk).choose("seen")
-    assert row.text(LOSS) == ""  # seen is not known yet
-    marginals(desk).choose("on_target")
-    lost = changed(ON_TARGET, ALL, desk.features.targets.answer.figures, counted(roof))
+    marginals(desk).choose("s_ms")
+    assert row.text(LOSS) == ""  # S-MS is not known yet
+    marginals(desk).choose("share_5")
+    lost = changed(SHARE_5, ALL, desk.features.targets.answer.figures, counted(roof))
     assert lost is not None and lost.value < 0 and row.text(LOSS) == f"{-100 * lost.value:.2f}"
-    assert "On target" in desk.panels.tree.headerItem().toolTip(LOSS) and "car: Predicted AP" in row.toolTip(
+    assert "At least 5 points" in desk.panels.tree.headerItem().toolTip(
         LOSS
-    )
+    ) and "car: Predicted AP" in row.toolTip(LOSS)
     marginals(desk)._take(desk.recompute.others[0], scores(0.25))
-    marginals(desk).choose("seen")
-    assert row.text(LOSS) == "25.00" and desk.panels.tree.headerItem().text(LOSS) == "Loss, pp ▾"
     marginals(desk).choose("s_ms")
     assert row.text(LOSS) == "0.08↑" and desk.panels.tree.headerItem().text(LOSS) == "10³ nat ▾"
     marginals(desk).keep(desk.workbench.kept)
@@ -81,12 +79,12 @@ def test_the_inspector_shows_road_users_before_scores_are_there(desk: FullDesk) 
     count(desk)
     marginals(desk)._take_count(asked(desk)[0], counted(asked(desk)[0]))
     view = desk.panels.inspector.form.marginal  # type: ignore[attr-defined]
-    assert view.text_of("car", "on_target").startswith("−")
-    assert "objects, now" in view._cells["car", "on_target"].toolTip()
-    assert view.text_of("car", "seen") == "…"
+    assert view.text_of("car", "predicted").startswith("−")
+    assert "objects, now" in view._cells["car", "predicted"].toolTip()
+    assert view.text_of("car", "s_ms") == "…"
     desk.document.begin_drag(("roof",))
     desk.document.preview({"roof": desk.document.rig.sensor("front").pose})
-    assert view.text_of("car", "on_target").startswith("−")  # the figures of before stay, greyed
+    assert view.text_of("car", "predicted").startswith("−")  # the figures of before stay, greyed
 
 
 def test_what_belongs_to_another_rig_is_not_shown(desk: FullDesk) -> None:

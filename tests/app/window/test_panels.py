@@ -8,7 +8,7 @@ from PySide6.QtGui import QGuiApplication, QHelpEvent
 from PySide6.QtWidgets import QApplication, QLabel, QLineEdit, QToolButton, QToolTip, QWidget
 from pytestqt.qtbot import QtBot
 
-from riglens.core.figures.coverage import SEEN
+from riglens.core.figures.coverage import S_MS
 from riglens.core.figures.text import change_text
 from riglens.core.geometry import Pose
 from riglens.core.rig.edits import without
@@ -199,7 +199,7 @@ def test_what_files_say_is_never_read_as_html(whole: Bench) -> None:
     whole.settle()
     assert "&lt;h1&gt;roof" in whole.panels.tree._items["<h1>roof</h1>"].toolTip(NAME)
     table = whole.panels.scores.table
-    place = table.figures.index(CLASSES.index("car"), table.place_of("seen change"))
+    place = table.figures.index(CLASSES.index("car"), table.place_of("s_ms change"))
     assert "&lt;img" in place.data(Qt.ItemDataRole.ToolTipRole)
 
 
@@ -271,6 +271,7 @@ def test_units_change_what_is_shown_and_nothing_else(bench: Bench) -> None:
 def test_panels_take_the_colours_of_another_theme(whole: Bench) -> None:
     whole.document.select("roof")
     wait_for_losses(whole, 2)
+    whole.features.marginals.choose("s_ms")
     before = whole.panels.tree._items["front"].foreground(NAME).color()
     try:
         whole.act("theme_dark")
@@ -287,16 +288,16 @@ def test_changes_count_from_the_pinned_rig_until_it_is_let_go(whole: Bench, tmp_
     whole.settle()
     whole.act("pin")
     whole.settle()
-    assert whole.shown("car", "seen change") == "—"
+    assert whole.shown("car", "s_ms change") == "—"
     assert whole.features.compare.rows[-1].rig is whole.session.baseline, "a snapshot, and nothing else"
     assert "small" in whole.panels.scores.note
     whole.dialogs.path = tmp_path / "rig.yaml"
     whole.act("undo")
     whole.settle()
-    assert whole.shown("car", "seen change").startswith("+")
+    assert whole.shown("car", "s_ms change").startswith("−")
     whole.act("unpin")
     whole.settle()
-    assert whole.shown("car", "seen change") == "—"
+    assert whole.shown("car", "s_ms change") == "—"
     assert "last saved" in whole.panels.scores.note
 
 
@@ -306,12 +307,12 @@ def test_any_rig_of_the_compare_panel_can_be_the_baseline(whole: Bench, tmp_path
     whole.act("compare_file")
     whole.features.compare.panel.table.pin_wanted.emit(whole.features.compare.rows[-1].key)
     whole.settle()
-    now = whole.fresh_scores(RIG).classes["car"].any_seen
-    assert whole.shown("car", "seen change") == change_text(SEEN, now)
+    now = whole.fresh_scores(RIG).classes["car"].s_ms
+    assert whole.shown("car", "s_ms change") == change_text(S_MS, now)
     assert "bare car" in whole.panels.scores.note
     whole.act("unpin")
     whole.settle()
-    assert whole.shown("car", "seen change") == "—"
+    assert whole.shown("car", "s_ms change") == "—"
 
 
 # ---------------------------------------------------------------------- what a sensor is worth
@@ -327,9 +328,10 @@ def test_the_loss_without_a_sensor_is_exact(whole: Bench) -> None:
     for name in ("roof", "front"):
         assert found[name] == whole.fresh_scores(without(RIG, (name,)))
     view = whole.panels.inspector.form.marginal  # type: ignore[attr-defined]
-    lost = found["roof"].classes["car"].any_seen - now.classes["car"].any_seen
-    assert lost < 0
-    assert view.text_of("car", "seen") + " pp" == change_text(SEEN, lost)
+    lost = found["roof"].classes["car"].s_ms - now.classes["car"].s_ms
+    assert lost > 0
+    assert view.text_of("car", "s_ms") == change_text(S_MS, lost)
+    whole.features.marginals.choose("s_ms")
     assert whole.panels.tree._items["front"].text(LOSS) != ""
 
 
@@ -394,6 +396,7 @@ def test_a_sensor_that_looks_where_the_data_hold_no_boxes_is_told_not_scored_as_
     rig = RIG.replace(sensors=(*RIG.sensors, rear))
     with open_bench(qtbot, tmp_path, rig=rig, boxes=one_way_boxes(tmp_path)) as bench:
         wait_for_losses(bench, 3)
+        bench.features.marginals.choose("s_ms")
         assert "boxes only ahead" in bench.workbench.status.scene.text()
         row = bench.panels.tree._items["rear"]
         assert row.text(LOSS) == NONE and "almost no boxes in this direction" in row.toolTip(LOSS)

@@ -81,7 +81,7 @@ def test_the_map_shows_road_users_and_goes_back(desk: FullDesk) -> None:
     ground = desk.features.targets.answer.ground[0]
     assert panel.map.message == "" and panel.map._ground.ground is ground
     assert panel.map._ground.heat is OF_TARGETS and panel.map.readout() == summary_of(panel.map._ground)
-    choose_item(combo, "seen by any sensor")
+    choose_item(combo, "entropy seen by any sensor")
     assert panel.map._ground is None and panel.seen_by == "any"
 
 
@@ -105,5 +105,5 @@ def test_a_place_of_the_map_is_told_in_words(desk: FullDesk) -> None:
     place_m = (ground.origin_m[0] + ix + 0.5, ground.origin_m[1] + iy + 0.5)
     number = int(means.objects[ix, iy])
     assert f"% on target, mean of {number:,} within 2 m" in ground_text(means, place_m)
-    assert "have fewer than 5 points" in ground_text(missed, place_m)
+    assert f"of {number:,} within 2 m: missed objects" in ground_text(missed, place_m)
     assert ground_text(missed, (900.0, 0.0)) == "no car within 2 m"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from PySide6.QtWidgets import QToolButton
 from pytestqt.qtbot import QtBot
@@ -11,7 +12,7 @@ from riglens.app.window.features.follow import Follow
 from riglens.app.window.features.scores import ScoresShown
 from riglens.app.window.features.targets import PAUSE_MS, Targets
 from riglens.core.figures.figure import Estimate
-from riglens.core.figures.hits import ON_TARGET
+from riglens.core.figures.predicted import PREDICTED
 from riglens.core.figures.text import estimate_text
 from riglens.core.geometry import Pose
 from riglens.core.rig.model import Rig
@@ -38,12 +39,12 @@ def take(targets: Targets, found: CountAnswer) -> None:
     targets._take(found.request, found)
 
 
-def on_target(found: CountAnswer) -> Estimate:
-    return found.cells["on_target"].at("car")[0]
+def predicted(found: CountAnswer) -> Estimate:
+    return found.cells["predicted"].at("car")[0]
 
 
 def text(found: Estimate) -> str:
-    return estimate_text(ON_TARGET, found)
+    return estimate_text(PREDICTED, found)
 
 
 def start(desk: Desk) -> CountRequest:
@@ -70,19 +71,19 @@ def test_while_a_sample_grows_the_exact_value_and_the_paired_change_stand_there(
 ) -> None:
     first = answer(start(desk))
     take(targets, first)
-    exact = desk.panels.scores.table.cell("car", "on_target").text
+    exact = desk.panels.scores.table.cell("car", "predicted").text
     desk.drag("roof", (0.4, 0.0, 2.3))
     sample, whole = answer(desk.counter.requests[-1], 3), answer(desk.counter.requests[-1])
     take(targets, sample)
-    known, (own, change) = on_target(first), sample.cells["on_target"].at("car")
+    known, (own, change) = predicted(first), sample.cells["predicted"].at("car")
     assert change.value != 0.0
-    wanted = text(Estimate(known.value + change.value, change.se))
-    assert desk.panels.scores.table.cell("car", "on_target").text == wanted != text(own)
+    wanted = text(Estimate(known.value + change.value, float(np.hypot(known.se, change.se))))
+    assert desk.panels.scores.table.cell("car", "predicted").text == wanted != text(own)
     take(targets, whole)
-    assert desk.panels.scores.table.cell("car", "on_target").text == text(on_target(whole))
+    assert desk.panels.scores.table.cell("car", "predicted").text == text(predicted(whole))
     desk.document.undo()
     take(targets, answer(desk.counter.requests[-1], 3))
-    assert desk.panels.scores.table.cell("car", "on_target").text == exact, (
+    assert desk.panels.scores.table.cell("car", "predicted").text == exact, (
         "the baseline itself is known exactly"
     )
 
@@ -148,10 +149,10 @@ def test_another_threshold_is_asked_for_and_kept(desk: Desk, targets: Targets) -
     start(desk)
     targets.panel._points.setValue(12)
     assert desk.counter.requests[-1].settings.min_points == 12
-    targets.panel.choose("visible")
+    targets.panel.choose("share_25px")
     targets.keep(desk.workbench.kept)
     assert desk.workbench.kept.read("targets/min_points", "") == "12"
-    assert desk.workbench.kept.read("targets/quantity", "") == "visible"
+    assert desk.workbench.kept.read("targets/quantity", "") == "share_25px"
 
 
 def test_a_threshold_that_makes_no_sense_is_not_taken_up(desk: Desk, targets: Targets) -> None:
@@ -173,21 +174,18 @@ def test_the_score_table_shows_what_is_on_target_and_greys_it_with_the_next_move
     desk: Desk, targets: Targets
 ) -> None:
     request, scores = start(desk), desk.panels.scores
-    assert scores.table.cell("car", "on_target").text == "—"
+    assert scores.table.cell("car", "predicted").text == "—"
     take(targets, answer(request))
-    shown = scores.table.cell("car", "on_target").text
-    assert targets.answer is not None and shown == text(on_target(targets.answer))
+    shown = scores.table.cell("car", "predicted").text
+    assert targets.answer is not None and shown == text(predicted(targets.answer))
     table = scores.table
-    assert (
-        table.cell("car", "on_target").tone == "text"
-        and table.place_of("on_target") not in table.figures._grey
-    )
+    assert table.place_of("predicted") not in table.figures._grey
     desk.drag("roof", (0.3, 0.0, 2.0))
-    assert scores.table.cell("car", "on_target").text == shown
-    assert table.place_of("on_target") in table.figures._grey
+    assert scores.table.cell("car", "predicted").text == shown
+    assert table.place_of("predicted") in table.figures._grey
     targets._on_problem("no boxes")
     assert (
-        scores.table.cell("car", "on_target").text == "—" and "no boxes" in table.cell("car", "on_target").tip
+        scores.table.cell("car", "predicted").text == "—" and "no boxes" in table.cell("car", "predicted").tip
     )
 
 

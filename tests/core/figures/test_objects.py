@@ -17,7 +17,7 @@ from riglens.core.scene.sectors import SECTORS, sector_of
 from riglens.core.targets.counts import Counted, ObjectCounts
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.groups import Groups
-from riglens.core.targets.settings import EXACT, HEIGHT_PX, USUAL
+from riglens.core.targets.settings import EXACT, HALF, HEIGHT_PX, USUAL
 from riglens.core.targets.traffic import Traffic
 from tests.core.builders import lidar, rig_of, spinning
 from tests.core.targets.cases import by_sector, figures_of, parts, random_rig, random_traffic, traffic
@@ -79,15 +79,16 @@ def test_a_sector_holds_the_objects_whose_centres_are_in_it() -> None:
             )
 
 
-def test_who_has_just_as_many_points_and_pixels_as_are_asked_for_is_detected() -> None:
+def test_an_object_with_just_enough_points_or_half_of_it_in_a_picture_is_detected() -> None:
+    shown = np.array([[HALF], [HALF - 1e-9], [HALF]])
     points, height = np.array([[4], [5], [5]]), np.array([[HEIGHT_PX], [HEIGHT_PX - 1.0], [HEIGHT_PX]])
     none = np.zeros(3, np.int64)
-    objects = ObjectCounts(none, ("l",), ("c",), points, height, none, none * 1.0, none, height)
+    objects = ObjectCounts(none, ("l",), ("c",), points, height, none, none * 1.0, none, height, shown)
     counted = Counted(NOW, USUAL, Groups(TRAFFIC, 1), objects)
     values = {one.key: one.values(counted).tolist() for one in FIGURES if one.calibration is None}
     assert USUAL.min_points == 5 and values["share_min_points"] == [0.0, 1.0, 1.0]
     assert values["share_25px"] == [1.0, 0.0, 1.0] and values["both"] == [0.0, 0.0, 1.0]
-    assert values["missed"] == [0.0, 0.0, 0.0]
+    assert values["missed"] == [0.0, 0.0, 0.0] and values["seen_by_cameras"] == shown[:, 0].tolist()
 
 
 def test_everybody_is_the_mean_over_all_road_users() -> None:

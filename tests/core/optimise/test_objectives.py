@@ -171,7 +171,7 @@ def test_what_an_objective_lacks_is_refused_in_one_line(traffic: Traffic) -> Non
     for wrong, said in (
         ({"objective": "seen"}, "needs a scene of voxels"),
         ({"objective": "share_25px"}, "generic-16 must be a camera"),
-        ({"objective": "median_points"}, "objective must be one of predicted, on_target, "),
+        ({"objective": "median_points"}, "objective must be one of predicted, share_5, "),
     ):
         with pytest.raises(InputError, match=said) as caught:
             replace(problem, **wrong)

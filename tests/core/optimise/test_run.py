@@ -231,7 +231,7 @@ def test_progress_brackets_the_result(traffic: Traffic) -> None:
 
 def test_what_cannot_be_is_refused_in_one_line(traffic: Traffic) -> None:
     for wrong, said in (
-        ({"objective": "beauty"}, "objective must be one of predicted, on_target, "),
+        ({"objective": "beauty"}, "objective must be one of predicted, share_5, "),
         ({"frames": 1}, "frames"),
         ({"frames": 59}, "frames must be at most 58"),
         ({"held_out": 1}, "held_out"),

@@ -49,7 +49,7 @@ SMALL = VoxelGrid(0.5, (20.0, 16.0, 4.0))
 DAY = date(2026, 6, 1)
 ABSENT = (
     "seen: [{class: car, at_least: 0}, {class: car, by: camera, at_least: 0}]",
-    "on_target: [{class: car, at_least: 0}, {class: car, figure: visible, at_least: 0}]",
+    "on_target: [{class: car, at_least: 0}, {class: car, figure: seen_by_cameras, at_least: 0}]",
     "predicted_detection: [{class: car, at_least: 0}]",
     "blind_areas: [{height_m: 0.3, at_most_m2: 1000000}]",
     "blind_objects: [{profile: adults-around, at_most_unseen: 1000}]",

@@ -29,7 +29,7 @@ from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.sectors import SECTORS
 from riglens.core.sensors.base import HALVES
 from riglens.core.targets.engine import TargetEngine
-from riglens.core.targets.settings import HEIGHT_PX, TargetSettings
+from riglens.core.targets.settings import HALF, TargetSettings
 from riglens.core.targets.traffic import Traffic, traffic_of
 from tests.core.builders import dense_h, random_field
 from tests.core.review.scenes import random_rig
@@ -167,7 +167,7 @@ def test_road_users_lost_are_those_that_rigs_without_the_sensors_do_not_detect()
 
     def detected(of: Rig) -> np.ndarray:
         objects = TargetEngine(traffic).evaluate(of, settings).objects
-        return (objects.all_points >= 3) | (objects.height_px >= HEIGHT_PX)
+        return (objects.all_points >= 3) | (objects.visible >= HALF)
 
     counted = TargetEngine(traffic).evaluate(rig, settings)
     objects, found = counted.objects, target_coverage(counted)

@@ -21,9 +21,9 @@ def made(fields, kind, rigs=1):
     count = len(next(iter(fields.values())))
     columns = {"rig": ["r"] * count, **fields}
     for name in ("car", "bicycle", "pedestrian"):
-        columns[f"{name}.lidar.on_target"] = rng.random(count)
-        columns[f"{name}.lidar.on_target_change_se"] = np.full(count, 0.02)
-    floor = {name: 0.01 for name in columns if name.endswith("on_target")}
+        columns[f"{name}.lidar.share_5"] = rng.random(count)
+        columns[f"{name}.lidar.share_5_change_se"] = np.full(count, 0.02)
+    floor = {name: 0.01 for name in columns if name.endswith("share_5")}
     design = {"kind": kind, "fields": dict.fromkeys(fields, "m"), "rows": count}
     header = {"rigs": [{"name": f"r{n}"} for n in range(rigs)], "noise_floor": floor, "design": design}
     return joined([pa.table(columns)], header)
@@ -35,16 +35,16 @@ def test_curves_run_through_the_figures_in_the_order_of_the_field():
     assert axes.get_xlabel() == "top.z [m]"
     lines = {line.get_label(): line for line in axes.lines}
     assert len(lines) == 3
-    values = np.array(table["car.lidar.on_target"].to_pylist())[[1, 0, 2]]
-    assert lines["car.lidar.on_target"].get_xdata().tolist() == [1.0, 2.0, 3.0]
-    assert np.array_equal(lines["car.lidar.on_target"].get_ydata(), values)
+    values = np.array(table["car.lidar.share_5"].to_pylist())[[1, 0, 2]]
+    assert lines["car.lidar.share_5"].get_xdata().tolist() == [1.0, 2.0, 3.0]
+    assert np.array_equal(lines["car.lidar.share_5"].get_ydata(), values)
     band = axes.collections[0].get_paths()[0].vertices
     assert band[:, 1].max() == pytest.approx(values.max() + 0.01 + 2 * 0.02)
 
 
 def test_rigs_have_curves_of_their_own():
     table = made({"top.z": [1.0, 2.0, 1.0, 2.0]}, "grid", rigs=2)
-    (axes,) = sweep_figure(table, ["car.lidar.on_target"]).axes
+    (axes,) = sweep_figure(table, ["car.lidar.share_5"]).axes
     assert [len(line.get_xdata()) for line in axes.lines] == [2, 2]
 
 
@@ -52,9 +52,9 @@ def test_rigs_have_curves_of_their_own():
 def test_maps_of_two_fields_hold_every_rig(kind):
     x, y = np.meshgrid([1.0, 2.0, 3.0], [10.0, 20.0])
     table = made({"top.z": x.T.ravel(), "top.yaw": y.T.ravel()}, kind)
-    figure = sweep_figure(table, ["car.lidar.on_target"])
+    figure = sweep_figure(table, ["car.lidar.share_5"])
     shown = np.ma.getdata(figure.axes[0].collections[0].get_array()).ravel()
-    expected = np.array(table["car.lidar.on_target"].to_pylist())
+    expected = np.array(table["car.lidar.share_5"].to_pylist())
     assert sorted(shown) == sorted(expected)
     if kind == "grid":
         assert np.array_equal(shown.reshape(2, 3), expected.reshape(3, 2).T)
@@ -63,7 +63,7 @@ def test_maps_of_two_fields_hold_every_rig(kind):
 @pytest.mark.parametrize(
     ("column", "marked"),
     [
-        ("car.lidar.on_target", {3.0}),
+        ("car.lidar.share_5", {3.0}),
         ("car.neither", {0.0}),
         ("blind_m2", {0.0}),
         ("car.s_ms", set()),

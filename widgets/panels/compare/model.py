@@ -10,6 +10,7 @@ from PySide6.QtCore import Qt, Signal
 
 from riglens.core.figures.coverage import VoxelFigure
 from riglens.core.figures.figure import Estimate, Figure
+from riglens.core.figures.sentence import changes_between, sentence
 from riglens.core.figures.text import (
     EXACT_UNITS,
     UNRESOLVED,
@@ -258,11 +259,22 @@ class CompareModel(FigureModel):
             [Heading(row.title) for row in self._rigs],
             [Heading("Rig", is_left=True), Heading("Sensors", is_left=True), *columns],
             [
-                [*_about(row), *(self._cell(row, column) for column in self._figures_shown)]
+                [
+                    *_about(row, self._judgement(row)),
+                    *(self._cell(row, column) for column in self._figures_shown),
+                ]
                 for row in self._rigs
             ],
             anew,
         )
+
+    def _judgement(self, row: CompareRow) -> str:
+        """Say whether a rig is better than the one that differences refer to, the baseline for values."""
+        before, is_first = self._reference[1], self._kind == "first"
+        if row.counted is None or before is None:
+            return ""
+        name = self._rigs[0].title if is_first else "the baseline"
+        return sentence(changes_between(row.counted, before), name)
 
     def _cell(self, row: CompareRow, column: FigureColumn) -> Cell:
         found = self.estimate(row, column)
@@ -297,8 +309,9 @@ class CompareModel(FigureModel):
         return abs(value) / largest if largest else 0.0
 
 
-def _about(row: CompareRow) -> tuple[Cell, Cell]:
-    """Return the name and the sensors of a rig."""
+def _about(row: CompareRow, judgement: str) -> tuple[Cell, Cell]:
+    """Return the name and the sensors of a rig, with whether it is better than another."""
     tip = f"{row.name}: {ORIGIN_TITLES[row.origin]}{f', {row.where}' if row.where else ''}"
+    tip = "\n".join(filter(None, (tip, judgement)))
     name = Cell(row.title, tip=tip, is_bold=row.origin == "current")
     return name, Cell(row.sensors, tip=tip, tone="muted", is_bold=name.is_bold)

@@ -72,13 +72,18 @@ class ScoresPanel(QWidget):
         self._reading = ChoiceBox()
         self._details = QCheckBox("Paper details")
         self._details.setObjectName("paper_details")
-        self._details.setToolTip("Show S-MIG of cameras and LiDARs, the weight λ and the reading of S-MIG.")
+        self._details.setToolTip(
+            "Show the entropy seen, S-MIG of cameras and LiDARs, the weight λ and the reading of S-MIG."
+        )
         self._details.toggled.connect(self._show_details)
         corner = self.table.findChild(QAbstractButton)  # between the headers, where the switch costs no row
         assert corner is not None
         filled(QHBoxLayout(corner), self._details, margins=(6, 0, 0, 0))
         self._below = self._controls()
-        filled(QVBoxLayout(self), self.table, 1, self._below, spacing=0)
+        self._judgement = ElidedLabel()
+        self._judgement.setObjectName("judgement")
+        self._judgement.setContentsMargins(MARGIN, 4, MARGIN, 4)
+        filled(QVBoxLayout(self), self._judgement, self.table, 1, self._below, spacing=0)
         self._show_details(False)
 
     def _controls(self) -> QWidget:
@@ -110,13 +115,14 @@ class ScoresPanel(QWidget):
         return below
 
     def minimumSizeHint(self) -> QSize:
-        """Return the size of the table alone: where space is short, the parts below it are hidden."""
-        return QSize(super().minimumSizeHint().width(), self.table.minimumHeight())
+        """Return the size of the sentence and the table alone: where space is short, the parts below it are hidden."""
+        height = self.table.minimumHeight() + self._judgement.sizeHint().height()
+        return QSize(super().minimumSizeHint().width(), height)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Hide the parts below the table where they would cost a row."""
         super().resizeEvent(event)
-        needed = self.table.minimumHeight() + self._below.sizeHint().height()
+        needed = self.minimumSizeHint().height() + self._below.sizeHint().height()
         self._below.setVisible(event.size().height() >= needed)
 
     # ------------------------------------------------------------------ what is shown
@@ -160,8 +166,20 @@ class ScoresPanel(QWidget):
         self._found.setToolTip(plain_tip("\n".join(filter(None, (FOUND_NOTE, found.detector)))))
         self._found.setEnabled(not found.outside)
 
+    def show_judgement(self, text: str) -> None:
+        """Show the sentence that says whether the rig is better than the baseline."""
+        self._judgement.setText(text)
+        self._judgement.setToolTip(plain_tip(text))
+        self._judgement.setEnabled(True)
+
+    @property
+    def judgement(self) -> str:
+        """The sentence that says whether the rig is better than the baseline."""
+        return self._judgement.text()
+
     def forget_counted(self, reason: str) -> None:
         """Show no number on objects, and the reason."""
+        self._judgement.setText("")
         self.table.forget("objects", reason)
         self._found.setText("")
 
@@ -169,6 +187,7 @@ class ScoresPanel(QWidget):
         """Grey what is counted on objects."""
         self.table.grey("objects")
         self._found.setEnabled(False)
+        self._judgement.setEnabled(False)
 
     def show_estimate(self, found: Values) -> None:
         """Show rough figures of voxels until the exact ones arrive; until then there is nothing to copy."""

@@ -20,30 +20,34 @@ SIGN_NOTE = (
 SCORE_FIGURES = (
     (
         "Predicted AP",
-        "is the average precision, in %, that the detector of the detection study would reach with these "
-        "LiDARs in this traffic. It does not predict your stack, ignores cameras, and is grey for rigs unlike "
-        "those of the study.",
+        "is the average precision, in %, that a small detector would reach with these LiDARs and "
+        "cameras in this traffic. Compare rigs by it, do not quote it: it does not predict your "
+        "stack, and is grey for rigs unlike those of the study.",
     ),
     (
-        "On target",
-        "rates each object by the distinct spots that the LiDARs hit, with occlusion by traffic and a solid car's "
-        "body. It ignores cameras, and objects that the recording car did not see are missing.",
+        "At least 5 points",
+        "is the share of objects with 5 LiDAR points or more, with occlusion by traffic and a solid "
+        "car's body. It ignores cameras.",
     ),
     (
-        "Seen",
-        "is the share of the scene's uncertainty that any sensor covers. It ignores occlusion by traffic and "
-        "saturates near 100 %.",
+        "Seen by cameras",
+        "is the mean share of an object's silhouette that the picture which shows most of it shows. "
+        "What lies outside the picture, behind traffic or behind the car is lost; the number of "
+        "pixels does not count.",
+    ),
+    (
+        "Missed",
+        "is the share of objects that no sensor detects: too few LiDAR points, less than half of it "
+        "in any picture, no radar or ultrasonic return. Less is better.",
     ),
     (
         "S-MS",
-        (
-            "is the paper's score, for comparison with the paper. It decreases as coverage grows: do "
-            "not read it as a grade. The order in which it ranks rigs depends on voxels and rays."
-        ),
+        "is the paper's score, for comparison with the paper. It decreases as coverage grows: do "
+        "not read it as a grade. The order in which it ranks rigs depends on voxels and rays.",
     ),
 )
 """The question each figure answers and its limits; README and docs/metric.md say the same."""
-FIGURES_TITLE = "Four figures, four questions"
+FIGURES_TITLE = "Four figures, four questions, and the paper's score"
 FIGURES_HELP = "".join(f"<p><b>{name}</b> {said}</p>" for name, said in SCORE_FIGURES)
 FIGURES_HELP += f"<p><b>Against a detector</b> {' '.join(EVIDENCE.values())}</p>"
 NOT_COUNTED_NOTE = "Counting objects"

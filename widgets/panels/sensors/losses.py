@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from riglens.core.figures.figure import ALL, Estimate, Figure
+from riglens.core.figures.objects import ObjectFigure
 from riglens.core.figures.text import UNITS, change_text, change_unit, exact_text, in_unit, value_text
 from riglens.core.figures.values import Values, class_figures
 from riglens.core.scene.boxes import CLASSES
@@ -22,8 +23,16 @@ def measures() -> dict[str, Figure]:
 
 
 def usual_measure() -> Figure:
-    """Return the figure in which losses are shown where none is chosen: the first of voxels, which every scene has."""
-    return next(one for one in measures().values() if one.needs == "voxels")
+    """Return the figure in which losses are shown where none is chosen: the first that leads."""
+    return next(iter(measures().values()))
+
+
+def measure_for(kind: str, chosen: Figure) -> Figure:
+    """Return the chosen measure, or one of sensors of all kinds where it does not count those of a kind."""
+    if not isinstance(chosen, ObjectFigure) or not chosen.kinds or kind in chosen.kinds:
+        return chosen
+    every = (one for one in measures().values() if isinstance(one, ObjectFigure) and not one.kinds)
+    return next(every, chosen)
 
 
 def heading(measure: Figure) -> str:
@@ -61,7 +70,7 @@ def losses_of(now: Values, without: Values) -> Losses:
     for key, measure in known.items():
         change = changed(measure, ALL, now, without)
         if change is not None:
-            found[key] = _loss(measure, change, tip)
+            found[key] = _loss(measure, change, f"Loss in {measure.title}\n{tip}")
     return found
 
 
