@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from riglens.arguments import StrPath
-from riglens.core.optimise.mounts import LEVELS_DEG, TURNS_DEG, USUAL_RULES, Additions, moves_of
+from riglens.core.optimise.mounts import LEVELS_DEG, TURNS_DEG, USUAL_RULES, Additions, counts_of, moves_of
 from riglens.core.optimise.problem import Problem
 from riglens.core.optimise.results import OptimiseResult
 from riglens.core.optimise.run import finished
@@ -40,6 +40,7 @@ def optimise(
     spots_m: float = 0.2,
     box_m: tuple[tuple[float, float], ...] | None = None,
     tilts_deg: Sequence[float] | None = None,
+    yaw_deg: Sequence[float] = (0.0,),
     frames: int = 100,
     held_out: int = 1000,
     seed: int = 0,
@@ -57,12 +58,12 @@ def optimise(
     rig, traffic
         The rig to add to, and the objects it is to see: made by `load_traffic`.
     add
-        Models of the library to choose among.
+        Models of the library to choose among; "hesai-xt32:2" for two sensors of one, "hesai-xt32:0-4" for up to four.
     move, exchange
         Sensors that may go elsewhere, with their mirror partners, anywhere or by up to some metres; models that sensors
         may be exchanged for, in their place unless they may move.
     count, mirrored
-        How many mirror pairs to add at most, or single sensors.
+        How many mirror pairs to add at most, or single sensors, of the models without numbers of their own.
     objective
         Figure to improve: "on_target", the mean over classes of the hit coverage of objects, any other of
         `docs/optimise.md`, such as "predicted", "blind_m2", "share_25px" or "seen_lidar"; or "worst_failure".
@@ -72,9 +73,9 @@ def optimise(
         Voxels for the objectives of them: made by `load_scene`.
     cost, budget
         Cost of a sensor by model, 1 by default, and the most that all added ones may cost.
-    limits, spots_m, tilts_deg
-        Rules that every mount keeps, distance between neighbouring mounts, and how far sensors may lean outwards, moved
-        ones further than now.
+    limits, spots_m, tilts_deg, yaw_deg
+        Rules that every mount keeps, distance between neighbouring mounts, how far sensors may lean outwards, moved
+        ones further than now, and turns of added ones that look one way, from straight out.
     box_m
         From and to along x, y and z, where sensors stand in the air instead of on the skin.
     frames, held_out, seed
@@ -94,9 +95,11 @@ def optimise(
 
     Raises InputError when nothing can be added, or a number is out of its range.
     """
-    models = (add,) if isinstance(add, str) else tuple(add)
+    models, counts = counts_of((add,) if isinstance(add, str) else tuple(add))
     tilts, turns = (LEVELS_DEG, TURNS_DEG) if tilts_deg is None else (tuple(tilts_deg),) * 2
-    additions = Additions(models, count, mirrored, cost or {}, budget, limits, spots_m, tilts, box_m)
+    additions = Additions(
+        models, count, mirrored, cost or {}, budget, limits, spots_m, tilts, box_m, counts, tuple(yaw_deg)
+    )
     rig = with_mesh_read(rig, Path(mesh_folder), lambda _: None)
     if against is not None:
         against = with_mesh_read(against, Path(mesh_folder), lambda _: None)

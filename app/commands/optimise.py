@@ -133,12 +133,15 @@ def _sensors(found: OptimiseResult) -> Table:
     table = Table(box=box.SIMPLE_HEAD)
     for name in ("sensor" if found.problem.moves else "added sensor", "x, y, z [m]", "roll, pitch, yaw [°]"):
         table.add_column(name)
-    for one in found.best.added:
-        for sensor in one.sensors:
+    for name in ("cost", "adds"):
+        table.add_column(name, justify="right")
+    for one, gain in zip(found.best.added, found.best.adds, strict=True):
+        for place_in_pair, sensor in enumerate(one.sensors):
             place, turn = (
                 ", ".join(f"{v:.2f}" for v in values) for values in (sensor.position, sensor.rpy_deg)
             )
-            table.add_row(visible(sensor.name), place, turn)
+            more = NONE if place_in_pair else change_text(found.figure, gain)
+            table.add_row(visible(sensor.name), place, turn, f"{one.cost / len(one.sensors):g}", more)
     return table
 
 

@@ -112,7 +112,10 @@ def fractional_bound(
         extra = [np.append(np.ones(table.size), 0.0)]
         ends = [float(most)]
         if len(limits.room) > 1:
-            extra += [np.append(limits.slot == one, 0.0) for one in range(len(limits.room))]
+            extra += [
+                np.append(np.where(limits.slot == one, limits.sizes, 0.0), 0.0)
+                for one in range(len(limits.room))
+            ]
             ends += limits.room.astype(np.float64).tolist()
         if np.isfinite(limits.budget):
             extra.append(np.append(limits.costs / limits.budget, 0.0))

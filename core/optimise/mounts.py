@@ -112,8 +112,10 @@ def moves_of(
 class Additions:
     """Sensors that may be added: models of the library, in mirror pairs or single, `count` of them, within a budget.
 
-    costs: of one sensor by model, 1 where nothing is said. rules: limits of each mount; without zones of their own the
-    usual ones keep sensors out. spots_m: distance between neighbouring spots. box_m: from and to along
+    counts: from how many to how many sensors of a model, which do not count in `count`; of mirror pairs an odd one
+    stands on the middle plane. yaw_deg: turns of sensors that look one way, from straight out. costs: of one sensor by
+    model, 1 where nothing is said. rules: limits of each mount; without zones of their own the usual ones keep sensors
+    out. spots_m: distance between neighbouring spots. box_m: from and to along
     each axis, where sensors stand in the air on brackets, instead of the skin.
     """
 
@@ -126,6 +128,8 @@ class Additions:
     spots_m: float = 0.2
     tilts_deg: tuple[float, ...] = LEVELS_DEG
     box_m: tuple[tuple[float, float], ...] | None = None
+    counts: Mapping[str, tuple[int, int]] = field(default_factory=dict)
+    yaw_deg: tuple[float, ...] = (0.0,)
 
     def __post_init__(self) -> None:
         if self.box_m is not None and not all(-50.0 <= low <= high <= 50.0 for low, high in self.box_m):
@@ -136,16 +140,53 @@ class Additions:
             raise InputError(f"must be above 0 (got {self.budget:g})", "budget")
         if not 0.05 <= self.spots_m <= 2.0:
             raise InputError(f"must be between 0.05 and 2 m (got {self.spots_m:g})", "spots_m")
+        for model, (least, most) in self.counts.items():
+            if not 0 <= least <= most <= 20 or not most:
+                raise InputError(
+                    f"{model} must be from 0 to 20 sensors, from the lower number (got {least}-{most})", "add"
+                )
+        if not self.yaw_deg or not all(-180.0 <= yaw <= 180.0 for yaw in self.yaw_deg):
+            raise InputError("must be between -180 and 180 degrees", "yaw_deg")
         for model, cost in self.costs.items():
             if not 0.0 < cost < math.inf:
                 raise InputError(f"{model} must be above 0 (got {cost:g})", "cost")
 
+    def sizes_of(self, model: str) -> tuple[int, ...]:
+        """Return how many sensors a candidate of a model may have: 2 of a mirror pair, 1 of a single sensor."""
+        least, most = self.counts.get(model, (0, 2))
+        if not self.mirrored:
+            return (1,)
+        return (*((2,) if most > 1 else ()), *((1,) if least % 2 or most % 2 else ()))
+
     def cost_of(self, model: str) -> float:
-        """Return the cost of one candidate of a model: a pair costs twice as much as a sensor."""
-        return self.costs.get(model, 1.0) * (2 if self.mirrored else 1)
+        """Return the cost of the cheapest candidate of a model: a pair costs twice as much as a sensor."""
+        return self.costs.get(model, 1.0) * min(self.sizes_of(model))
+
+    @property
+    def shared(self) -> int:
+        """Return how many candidates may be added, at most, of the models without counts of their own."""
+        return self.count if any(model not in self.counts for model in self.models) else 0
 
 
 NO_ADDITIONS = Additions(())
+
+
+def counts_of(words: Sequence[str]) -> tuple[tuple[str, ...], dict[str, tuple[int, int]]]:
+    """Return models, and from how many to how many of them, from words such as hesai-xt32, hesai-xt32:2 or
+    hesai-xt32:0-4."""
+    models, counts = list[str](), dict[str, tuple[int, int]]()
+    for word in words:
+        model, colon, said = word.partition(":")
+        if model in models:
+            raise InputError(f"must name each model once (got '{word}')", "add")
+        models.append(model)
+        if colon:
+            try:
+                low, _, high = said.partition("-")
+                counts[model] = int(low), int(high or low)
+            except ValueError:
+                raise InputError(f"must be MODEL, MODEL:N or MODEL:FROM-TO (got '{word}')", "add") from None
+    return tuple(models), counts
 
 
 def rules_for(rig: Rig, rules: MountLimits) -> MountLimits:
@@ -159,7 +200,8 @@ def rules_for(rig: Rig, rules: MountLimits) -> MountLimits:
 class _Wish:
     """Sensors of a slot before they have a mount: of a pair the left one first; only their turn counts.
 
-    name: of an added one, which gets that of its spot; near: place and radius in which a moved one may be.
+    name: of an added one, which gets that of its spot; near: place and radius in which a moved one may be; central:
+    whether it stands on the middle plane; yaw_deg: turns of an added one.
     """
 
     slot: int
@@ -168,16 +210,18 @@ class _Wish:
     tilts_deg: tuple[float, ...]
     name: str = ""
     near: tuple[Doubles, float] | None = None
+    central: bool = False
+    yaw_deg: tuple[float, ...] = (0.0,)
 
-    def at(self, spot: Spot, number: int, tilt_deg: float) -> Candidate | None:
+    def at(self, spot: Spot, number: int, tilt_deg: float, yaw_deg: float = 0.0) -> Candidate | None:
         """Return the candidate at a spot; None if both sensors of a pair would coincide."""
         first, others = self.sensors[0], self.sensors[1:]
-        name = f"{self.name} {number}.{tilt_deg:g}"
+        name = f"{self.name} {number}.{tilt_deg:g}" + (f".{yaw_deg:g}" if yaw_deg else "")
         if self.name:
             first = first.model_copy(update={"name": f"{name} left" if others else name})
             right = {"name": f"{name} right", "mirror_of": first.name}
             others = tuple(one.model_copy(update=right) for one in others)
-        sensor = _placed(spot, first, tilt_deg, self.near is None)
+        sensor = _placed(spot, first, tilt_deg, self.near is None, yaw_deg)
         if others and sensor.position[1] <= 0.0:
             return None
         images = (one.with_pose(mirrored_pose(sensor.pose)) for one in others)
@@ -213,6 +257,8 @@ def candidates(
         left = len(spots)
         flip = np.array([1.0, -1.0, 1.0])
         spots += [Spot(spot.point_m * flip, spot.normal * flip) for spot in spots if spot.point_m[1] > 0.05]
+        if any(wish.central for wish in wishes):
+            spots += _in_the_middle(spots[:left], additions.spots_m, skin_of(solid))
     rest = locked(rig, moves)
     taken = np.array([s.position for s in rest.sensors if s.enabled]).reshape(-1, 3)
     found: list[Candidate] = []
@@ -222,7 +268,7 @@ def candidates(
     def keep(
         wish: _Wish, spot: Spot, number: int, tilts_deg: Sequence[float], near: Callable[[], Skin]
     ) -> None:
-        some = (wish.at(spot, number, tilt_deg) for tilt_deg in tilts_deg)
+        some = (wish.at(spot, number, tilt, yaw) for tilt in tilts_deg for yaw in wish.yaw_deg)
         keeps = (not rig.vehicle.has_mesh_file, rules, rest, outline, taken, own_out)
         kept = (one for one in some if one is not None and _keeps(one, spot, near, *keeps))
         found.extend(one for one in kept if spot.is_free or not is_inside(one.places_m[0], solid))
@@ -252,11 +298,13 @@ def candidates(
 
 @dataclass(frozen=True)
 class Choices:
-    """Candidates of a search, the limits of sets of them, and the rig without the sensors that move."""
+    """Candidates of a search, the limits of sets of them, the rig without the sensors that move, and how many sensors
+    each slot needs, (slots,)."""
 
     candidates: tuple[Candidate, ...]
     limits: Limits
     rest: Rig
+    least: NDArray[np.int64]
 
     @property
     def stays(self) -> list[int]:
@@ -271,9 +319,12 @@ def choices_of(
     is_stale: IsStale = never_stale,
     moves: Sequence[Move] = (),
 ) -> Choices:
-    """Return what sets may be chosen from: of added ones `additions.count`, and one of each move."""
+    """Return what sets may be chosen from: of added ones `additions.count`, one of each move, and of models with counts
+    so many sensors."""
     listed, rest = candidates(rig, additions, seed, is_stale, moves), locked(rig, moves)
-    room = np.array([additions.count if additions.models else 0, *(1 for _ in moves)], np.int64)
+    most = [high for _, high in additions.counts.values()]
+    room = np.array([additions.shared, *(1 for _ in moves), *most], np.int64)
+    size = np.array([len(one.sensors) if one.slot > len(moves) else 1 for one in listed], np.int64)
     limits = Limits(
         int(room.sum()),
         np.array([one.cost for one in listed]),
@@ -281,19 +332,34 @@ def choices_of(
         conflicts(listed, rest, rules_for(rig, additions.rules)),
         np.array([one.slot for one in listed], np.int64),
         room,
+        size,
     )
-    return Choices(listed, limits, rest)
+    least = [0, *(1 for _ in moves), *(low for low, _ in additions.counts.values())]
+    for (model, (low, _)), slot in zip(
+        additions.counts.items(), range(1 + len(moves), len(room)), strict=True
+    ):
+        there = int(size[limits.slot == slot].sum())
+        if there < low:
+            raise InputError(f"{model} has mounts for {there} sensors only (got {low})", "add")
+    return Choices(listed, limits, rest, np.array(least, np.int64))
 
 
 def mounted(rig: Rig, picked: Sequence[Candidate]) -> Rig:
     """Return a rig with candidates: sensors of its own in their place, others after them."""
-    moved = {sensor.name: sensor for one in picked if one.slot for sensor in one.sensors}
-    added = [sensor for one in picked if not one.slot for sensor in one.sensors]
+    own, every = {sensor.name for sensor in rig.sensors}, [sensor for one in picked for sensor in one.sensors]
+    moved = {sensor.name: sensor for sensor in every if sensor.name in own}
+    added = [sensor for sensor in every if sensor.name not in own]
     return rig.replace(sensors=(*(moved.get(sensor.name, sensor) for sensor in rig.sensors), *added))
 
 
 def _wishes(rig: Rig, additions: Additions, moves: Sequence[Move]) -> list[_Wish]:
     """Return what may be mounted, of the models that the budget buys."""
+    if (
+        additions.box_m is not None
+        and any(1 in additions.sizes_of(m) for m in additions.counts)
+        and additions.mirrored
+    ):
+        raise InputError("must be an even number of sensors in a box", "add")
     models = [model for model in additions.models if additions.cost_of(model) <= additions.budget]
     if additions.models and not models:
         cheapest = min(map(additions.cost_of, additions.models))
@@ -303,8 +369,15 @@ def _wishes(rig: Rig, additions: Additions, moves: Sequence[Move]) -> list[_Wish
     found = []
     for model in models:
         plain = default_library().entry(model).sensor(model, Pose())
-        pair = (plain,) * (2 if additions.mirrored else 1)
-        found.append(_Wish(0, pair, additions.cost_of(model), additions.tilts_deg, model))
+        yaws = additions.yaw_deg if _looks_one_way(plain) else (0.0,)
+        slot = 1 + len(moves) + list(additions.counts).index(model) if model in additions.counts else 0
+        for size in additions.sizes_of(model):
+            cost, central = additions.costs.get(model, 1.0) * size, additions.mirrored and size == 1
+            if cost <= additions.budget:
+                sensors = (plain,) * size
+                found.append(
+                    _Wish(slot, sensors, cost, additions.tilts_deg, model, central=central, yaw_deg=yaws)
+                )
     for slot, move in enumerate(moves, 1):
         own = move.sensors_of(rig)
         near = np.array(own[0].position), move.radius_m
@@ -326,6 +399,8 @@ def _wishes(rig: Rig, additions: Additions, moves: Sequence[Move]) -> list[_Wish
 
 def _is_near(wish: _Wish, spot: Spot, is_left: bool) -> bool:
     """Return whether a spot is where sensors may go; a pair is mounted by its left sensor."""
+    if wish.central != spot.is_middle:
+        return False
     if len(wish.sensors) > 1 and not is_left:
         return False
     if wish.near is None:
@@ -334,13 +409,14 @@ def _is_near(wish: _Wish, spot: Spot, is_left: bool) -> bool:
     return bool(((spot.point_m - place) ** 2).sum() <= radius_m**2)
 
 
-def _placed(spot: Spot, plain: Sensor, tilt_deg: float, is_new: bool) -> Sensor:
-    """Return a sensor that touches the skin at a spot; a new one looks away from the car, others keep their turn."""
+def _placed(spot: Spot, plain: Sensor, tilt_deg: float, is_new: bool, yaw_deg: float = 0.0) -> Sensor:
+    """Return a sensor that touches the skin at a spot; a new one looks away from the car but for its yaw, others keep
+    their turn."""
     outwards = spot.normal[:2]
     if np.linalg.norm(outwards) < _FLAT:
         outwards = np.array([0.0, math.copysign(1.0, spot.point_m[1])])
     x, y = (outwards / np.linalg.norm(outwards)).tolist()
-    heading = math.degrees(math.atan2(y, x)) if _looks_one_way(plain) else 0.0
+    heading = math.degrees(math.atan2(y, x)) + yaw_deg if _looks_one_way(plain) else 0.0
     own = Pose((0.0, 0.0, 0.0), (0.0, 0.0, heading) if is_new else plain.rpy_deg)
     roll, pitch, yaw = own.rpy_deg
     if is_new or tilt_deg:
@@ -354,6 +430,17 @@ def _placed(spot: Spot, plain: Sensor, tilt_deg: float, is_new: bool) -> Sensor:
         position = np.array([round(float(value), 4) + 0.0 for value in position])
     px, py, pz = position.tolist()
     return plain.with_pose(Pose((px, py, pz), (roll, pitch, yaw)))
+
+
+def _in_the_middle(spots: Sequence[Spot], spacing_m: float, skin: Skin) -> list[Spot]:
+    """Return the spots next to the middle plane moved onto it."""
+    found = list[Spot]()
+    for spot in spots:
+        if 0.0 < spot.point_m[1] <= spacing_m / 2.0:
+            x, _, z = skin.nearest(spot.point_m * [1.0, 0.0, 1.0]).tolist()
+            normal = spot.normal * [1.0, 0.0, 1.0]
+            found.append(Spot(np.array([x, 0.0, z]), normal / np.linalg.norm(normal), is_middle=True))
+    return found
 
 
 def _looks_one_way(sensor: Sensor) -> bool:

@@ -100,7 +100,7 @@ class Problem:
     @property
     def count(self) -> int:
         """Return how many candidates may be added, at most."""
-        return self.additions.count if self.additions.models else 0
+        return self.additions.shared
 
     @property
     def ground_m(self) -> float:

@@ -28,13 +28,14 @@ TABLE = "proposals.csv"
 
 @dataclass(frozen=True)
 class Proposal:
-    """A rig with candidates added or moved: its figure in the frames of choice, blind area if requested, the guard's
-    cases and what they say."""
+    """A rig with candidates added or moved: its figure in the frames of choice, blind area if requested, the gain
+    of each candidate over the rig without it, the guard's cases and what they say."""
 
     rig: Rig
     added: tuple[Candidate, ...]
     value: float
     blind_m2: float | None = None
+    adds: tuple[float, ...] = ()
     guard: tuple[GuardResult, ...] = ()
     verdict: Verdict = "not checked"
 
@@ -50,14 +51,26 @@ class Proposal:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the proposal as plain data, by the names of the JSON."""
-        sensors = [sensor for one in self.added for sensor in one.sensors]
+        adds = self.adds or (None,) * len(self.added)
+        sensors = [
+            (sensor, more, one.cost / len(one.sensors))
+            for one, more in zip(self.added, adds, strict=True)
+            for sensor in one.sensors
+        ]
         return {
             "name": self.rig.name,
             "value": self.value,
             "cost": self.cost,
             "sensors": [
-                {"name": s.name, "model": s.model, "position": list(s.position), "rpy_deg": list(s.rpy_deg)}
-                for s in sensors
+                {
+                    "name": s.name,
+                    "model": s.model,
+                    "position": list(s.position),
+                    "rpy_deg": list(s.rpy_deg),
+                    "cost": cost,
+                    "adds": more,
+                }
+                for s, more, cost in sensors
             ],
             "guard": [{"case": k.case, "gain": k.gain, "se": k.se, "share": k.share} for k in self.guard],
             "verdict": self.verdict,
@@ -125,6 +138,8 @@ class OptimiseResult:
         additions, count = self.problem.additions, self.problem.count
         what = "pair" if additions.mirrored else "sensor"
         some = f"set of {count} {what}s" if count > 1 else what
+        if additions.counts:
+            some, count = "choice within these counts", 1
         if self.problem.moves:
             names = [move.sensor for move in self.problem.moves]
             moved = " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))

@@ -49,6 +49,7 @@ def optimise(problem: Problem, threads: int | None = None, is_stale: IsStale = n
                 tuple(space.candidates[one] for one in some if not space.candidates[one].is_as_now),
                 value,
                 None if ground is None else ground.unseen_m2(some),
+                space.adds(some),
             )
             for rig, some, value in zip(rigs, sets, values[2:], strict=True)
         ),

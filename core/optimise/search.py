@@ -21,7 +21,8 @@ _FREE = 1e-6
 @dataclass(frozen=True)
 class Limits:
     """Constraints on a set: at most `count` candidates, costs (n,) within a budget, no two in conflict (n, n); of each
-    slot (n,) at most its room (slots,), where there are several."""
+    slot (n,) at most its room (slots,), where there are several, in which candidates take their size (n,), 1 by
+    default."""
 
     count: int
     costs: NDArray[np.float64]
@@ -29,11 +30,25 @@ class Limits:
     conflicts: Flags
     slot: Ids = field(default_factory=lambda: np.zeros(0, np.int64))
     room: Ids = field(default_factory=lambda: np.zeros(0, np.int64))
+    size: Ids = field(default_factory=lambda: np.zeros(0, np.int64))
 
     def among(self, some: Sequence[int]) -> Limits:
         """Return the limits of some candidates, numbered anew."""
         apart = self.conflicts[np.ix_(some, some)]
-        return Limits(self.count, self.costs[some], self.budget, apart, self.slot[some], self.room)
+        own = self.slot[some], self.room, self.sizes[some]
+        return Limits(self.count, self.costs[some], self.budget, apart, *own)
+
+    @property
+    def sizes(self) -> Ids:
+        """Return the size of each candidate, (n,)."""
+        return self.size if len(self.size) else np.ones(len(self.costs), np.int64)
+
+    def left(self, chosen: Sequence[int]) -> Ids:
+        """Return the room that a set leaves in each slot, (slots,)."""
+        some = list(chosen)
+        taken = np.zeros(len(self.room), np.int64)
+        np.add.at(taken, self.slot[some], self.sizes[some])
+        return self.room - taken
 
     def open_to(self, chosen: Sequence[int]) -> Flags:
         """Return which candidates may join a set, (n,)."""
@@ -41,16 +56,14 @@ class Limits:
             return np.zeros(len(self.costs), np.bool_)
         fits = self.costs <= self.budget * (1.0 + ROUNDING) - float(self.costs[list(chosen)].sum())
         if len(self.room) > 1:
-            taken = np.bincount(self.slot[list(chosen)], minlength=len(self.room))
-            fits &= (taken < self.room)[self.slot]
+            fits &= self.sizes <= self.left(chosen)[self.slot]
         return np.asarray(fits & ~self.conflicts[list(chosen)].any(axis=0))
 
     def of_slots(self, chosen: Sequence[int], ids: Ids, most: int) -> list[tuple[Ids | slice, int]]:
         """Return by slot the places of candidates among `ids`, and how many of them may join a set, at most `most`."""
         if len(self.room) < 2:
             return [(slice(None), most)]
-        left = self.room - np.bincount(self.slot[list(chosen)], minlength=len(self.room))
-        slots = self.slot[ids]
+        left, slots = self.left(chosen), self.slot[ids]
         return [
             (np.flatnonzero(slots == one), min(room, most)) for one, room in enumerate(left.tolist()) if room
         ]

@@ -93,23 +93,39 @@ def _meeting(
 def by_hand(space: Space) -> Rig:
     """Return the best of the sets that a person would mount level at roof sides, corners and wings; the rig itself
     where nothing is added."""
-    problem, stays, listed = space.problem, space.choices.stays, space.candidates
-    if not problem.count:
-        return problem.rig
-    car, additions = problem.rig.vehicle, problem.additions
-    middles = np.array([one.places_m[0] for one in listed])
-    least = min(additions.tilts_deg)
-    level = np.array([one.tilt_deg == least and not one.slot for one in listed])
-    usual = set[int]()
-    for side in (1.0,) if additions.mirrored else (1.0, -1.0):
-        for x, y, z in zip(_HAND_X, _HAND_Y, _HAND_Z, strict=True):
-            place = [(x - 0.5) * car.length, side * y * car.width / 2.0, z * car.height]
-            away = np.where(level, np.linalg.norm(middles - place, axis=1), np.inf)
-            usual.add(int(np.argmin(away)))
+    additions, stays, limits = space.problem.additions, space.choices.stays, space.choices.limits
+    if not additions.models:
+        return space.problem.rig
+    usual = _usual_mounts(space)
+    if additions.counts:
+        chosen = list(stays)
+        while (ids := np.array([one for one in usual if limits.open_to(chosen)[one]], np.int64)).size:
+            gains = space.goal.gains(chosen, ids)
+            if gains.max() <= 0:
+                break
+            chosen.append(int(ids[np.argmax(gains)]))
+        return space.rig_with(chosen, "typical mounts")
     sets = [
         [*stays, *some]
         for count in range(1, additions.count + 1)
-        for some in combinations(sorted(usual), count)
-        if space.choices.limits.allow([*stays, *some])
+        for some in combinations(usual, count)
+        if limits.allow([*stays, *some])
     ]
     return space.rig_with(max(sets, key=space.figure.value, default=stays), "typical mounts")
+
+
+def _usual_mounts(space: Space) -> list[int]:
+    """Return the added candidates of each slot that are nearest to the usual places, level, in order."""
+    car, additions, listed = space.problem.rig.vehicle, space.problem.additions, space.candidates
+    middles, least = np.array([one.places_m[0] for one in listed]), min(additions.tilts_deg)
+    moves = len(space.problem.moves)
+    slots = ({0} if additions.shared else set[int]()) | {one.slot for one in listed if one.slot > moves}
+    usual = set[int]()
+    for slot in slots:
+        level = np.array([one.tilt_deg == least and one.slot == slot for one in listed])
+        for side in (1.0,) if additions.mirrored else (1.0, -1.0):
+            for x, y, z in zip(_HAND_X, _HAND_Y, _HAND_Z, strict=True):
+                place = [(x - 0.5) * car.length, side * y * car.width / 2.0, z * car.height]
+                away = np.where(level, np.linalg.norm(middles - place, axis=1), np.inf)
+                usual.add(int(np.argmin(away)))
+    return sorted(usual)

@@ -16,7 +16,7 @@ from riglens.core.optimise.problem import Problem
 from riglens.core.optimise.results import Progress
 from riglens.core.optimise.search import AtLeast, Limits, greedy
 from riglens.core.optimise.skin import SkinGains
-from riglens.core.optimise.tables import UNIT, Cells, CoverTable, Ids, SetFunction, WorstFailure
+from riglens.core.optimise.tables import UNIT, Cells, CoverTable, Doubles, Ids, SetFunction, WorstFailure
 from riglens.core.rig.model import Rig, Sensor
 
 CASTING = "casting"
@@ -42,6 +42,10 @@ class MeasuredSets:
     def shown(self, value: float) -> float:
         """Return the figure, in its own unit, for a value in integers."""
         return self._problem.goal.sign * value / UNIT
+
+    def shown_gains(self, gains: Ids) -> Doubles:
+        """Return by how much the figure is better for gains in integers, in its own unit."""
+        return np.asarray(gains / UNIT)
 
     def value(self, chosen: Sequence[int]) -> int:
         """Return the figure of a set, negative where less is better."""
@@ -110,6 +114,13 @@ class Space:
         own = problem.goal.sensors_of(rig)
         return self.maker.shown(self.maker.value(self.maker.cells_of(own, self.is_stale)))
 
+    def adds(self, chosen: Sequence[int]) -> tuple[float, ...]:
+        """Return by how much each candidate of a set but those that stay makes the figure better, in its unit."""
+        whole, gain = self.figure.value(chosen), self.maker.shown_gains
+        kept = [one for one in chosen if not self.candidates[one].is_as_now]
+        rests = [self.figure.value([other for other in chosen if other != one]) for one in kept]
+        return tuple(gain(np.array([whole - rest for rest in rests], np.int64)).tolist())
+
     def rig_with(self, chosen: Sequence[int], name: str = "proposal") -> Rig:
         """Return the rig with some candidates added, and those of its own sensors in their place."""
         return _rig_with(self.problem.rig, self.choices, chosen, name)
@@ -172,14 +183,20 @@ def cast(problem: Problem, workers: int, is_stale: IsStale) -> Generator[Progres
 
 
 def filled(f: SetFunction, choices: Choices) -> SetFunction:
-    """Return a function of sets that puts every moved sensor somewhere before anything else."""
-    moves = len(choices.limits.room) - 1
-    if not moves:
+    """Return a function of sets that gives each slot the least that it needs before anything else: every moved sensor
+    somewhere, and so many sensors of a model."""
+    least, limits = choices.least, choices.limits
+    if not least.any():
         return f
-    cells = [np.arange(one.slot - 1, one.slot, dtype=np.int32)[: one.slot] for one in choices.candidates]
-    worth, owner = np.arange(moves + 1, dtype=np.int64)[None], np.zeros(moves, np.int32)
-    places = CoverTable(cells, owner, np.zeros(1, np.int32), np.zeros(1, np.uint8), worth, 1)
-    return AtLeast(f, places, moves)
+    order = np.argsort(limits.slot, kind="stable")  # cells of objects rise
+    starts = np.cumsum([0, *limits.sizes[order]])
+    cells = [np.zeros(0, np.int32)] * len(order)
+    for place, one in enumerate(order.tolist()):
+        cells[one] = np.arange(starts[place], starts[place + 1], dtype=np.int32)
+    owner = np.repeat(limits.slot[order], limits.sizes[order]).astype(np.int32)
+    worth = np.minimum(np.arange(int(least.max()) + 1), least[:, None])
+    none, rows = np.zeros(len(least), np.int32), np.arange(len(least), dtype=np.uint8)
+    return AtLeast(f, CoverTable(cells, owner, none, rows, worth, 1), int(least.sum()))
 
 
 def _with_failures(

@@ -28,11 +28,13 @@ _LIFT_M = 0.005
 
 @dataclass(frozen=True)
 class Spot:
-    """A place on the skin and its outward unit normal, both (3,); a free one is where the middle of a sensor is."""
+    """A place on the skin and its outward unit normal, both (3,); a free one is where the middle of a sensor is, a
+    middle one is for single sensors among pairs."""
 
     point_m: Doubles
     normal: Doubles
     is_free: bool = False
+    is_middle: bool = False
 
 
 def skin_spots(vehicle: Vehicle, spacing_m: float, seed: int = 0) -> list[Spot]:

@@ -33,7 +33,11 @@ class SearchOptions:
     """
 
     add: Annotated[
-        tuple[str, ...], OptionHelp("MODEL", "Library model to add; repeated: the search chooses among them.")
+        tuple[str, ...],
+        OptionHelp(
+            "MODEL[:FROM-TO]",
+            "Library model to add, from how many to how many sensors; repeated: the search chooses among them.",
+        ),
     ] = ()
     count: Annotated[
         int, OptionHelp("K", "Number of mirror pairs, or of single sensors, to add at most.")
@@ -44,6 +48,10 @@ class SearchOptions:
         OptionHelp("MODEL=COST", "Cost of one sensor of a model, such as hesai-qt64=2.5 (1)."),
     ] = ()
     budget: Annotated[float | None, OptionHelp("COST", "Limit of the cost of all added sensors.")] = None
+    yaw_deg: Annotated[
+        tuple[float, ...],
+        OptionHelp("DEG", "Turn of a sensor that looks one way, from straight out; may be repeated (0)."),
+    ] = ()
     spots_m: Annotated[float, OptionHelp("M", "Distance between neighbouring mounts on the skin.")] = 0.2
     lowest_m: Annotated[float, OptionHelp("M", "Least height of a sensor over the ground.")] = 0.4
     spacing_m: Annotated[float, OptionHelp("M", "Least distance between two sensors.")] = 0.25
@@ -159,10 +167,11 @@ class SearchOptions:
 
     def additions(self, rules: MountLimits | None = None) -> Additions:
         """Return what may be added, by these rules instead of those of the options."""
-        from riglens.core.optimise.mounts import Additions
+        from riglens.core.optimise.mounts import Additions, counts_of
 
+        models, counts = counts_of(self.add)
         return Additions(
-            self.add,
+            models,
             self.count,
             not self.singles,
             numbers_of("cost", self.cost),
@@ -170,6 +179,8 @@ class SearchOptions:
             rules or self.rules(),
             self.spots_m,
             box_m=self.box(),
+            counts=counts,
+            yaw_deg=self.yaw_deg or (0.0,),
         )
 
     def problem(self, rig: Rig, traffic: Traffic, additions: Additions | None = None, **more: Any) -> Problem:

@@ -58,7 +58,8 @@ def random_columns(rng: np.random.Generator, size: int) -> CoverTable:
 
 
 def random_limits(rng: np.random.Generator, size: int, count: int) -> Limits:
-    """Conflicts of some pairs, a budget that most single candidates fit in, and in half of them slots."""
+    """Conflicts of some pairs, a budget that most single candidates fit in, and in half of them slots, in half of these
+    of sensors and pairs."""
     conflicts = rng.random((size, size)) < 0.2
     conflicts = conflicts | conflicts.T | np.eye(size, dtype=np.bool_)
     costs = np.round(rng.uniform(0.5, 3.0, size), 1)
@@ -67,4 +68,5 @@ def random_limits(rng: np.random.Generator, size: int, count: int) -> Limits:
         return Limits(count, costs, budget, conflicts)
     slot, room = rng.integers(0, 3, size), rng.integers(0, 3, 3)
     costs[slot == 2] = 0.0
-    return Limits(int(room.sum()), costs, budget, conflicts, slot, room)
+    sizes = rng.integers(1, 3, size) if rng.random() < 0.5 else np.ones(size, np.int64)
+    return Limits(int(room.sum()), costs, budget, conflicts, slot, room, sizes)

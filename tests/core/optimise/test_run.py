@@ -20,10 +20,12 @@ from riglens.core.optimise.guard import (
     sampled_cases,
     verdict,
 )
-from riglens.core.optimise.mounts import Additions, Move, rules_for
+from riglens.core.optimise.mounts import Additions, Move, candidates, counts_of, rules_for
 from riglens.core.optimise.problem import Problem
 from riglens.core.optimise.results import OptimiseResult, Progress
 from riglens.core.optimise.run import finished, optimise, skin_gains
+from riglens.core.optimise.solving import solved
+from riglens.core.optimise.space import cast
 from riglens.core.review.mounts import MountLimits, violations
 from riglens.core.rig.edits import mirrored_pose, with_mirror_image
 from riglens.core.rig.model import Lidar, LinearAngles, Rig
@@ -134,6 +136,85 @@ def test_gains_over_a_rig_of_ones_own(traffic: Traffic) -> None:
     found = proposed(problem)
     assert found.reference_value == found.before
     assert found.best.guard[0].gain > 0.0
+
+
+def test_a_shopping_list_has_its_numbers_within_one_budget(traffic: Traffic) -> None:
+    counts = {"generic-16": (1, 1), "velodyne-vlp-16": (2, 4), "hesai-qt64": (0, 2)}
+    costs = {"generic-16": 1.0, "velodyne-vlp-16": 2.0, "hesai-qt64": 30.0}
+    added = replace(ADDED, models=tuple(counts), costs=costs, budget=9.5, counts=counts)
+    problem = Problem(RIG, traffic, added, frames=8, held_out=10)
+    found = proposed(problem)
+    models = [sensor.model for sensor in found.best.rig.sensors[1:]]
+    assert models.count("generic-16") == 1 and models.count("velodyne-vlp-16") in (2, 4)
+    assert "hesai-qt64" not in models and found.best.cost <= 9.5
+    (single,) = (one for one in found.best.added if len(one.sensors) == 1)
+    assert single.places_m[0, 1] == 0.0, "an odd one stands on the middle plane"
+    assert found.bound_value is not None and found.best.value <= found.bound_value
+    sampler = ObjectSampler(traffic, 1, problem.goal)
+    for one, adds in zip(found.best.added, found.best.adds, strict=True):
+        gone = {sensor.name for sensor in one.sensors}
+        rest = found.best.rig.only(s for s in found.best.rig.sensors if s.name not in gone)
+        without = sampler(rest, problem.settings, (0, 8)).value
+        assert adds == pytest.approx(found.best.value - without, abs=1e-9)
+    sensors = found.to_dict()["proposals"][0]["sensors"]
+    assert sum(one["cost"] for one in sensors) == pytest.approx(found.best.cost)
+    assert all(one["adds"] > 0.0 for one in sensors)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_no_choice_within_the_numbers_of_a_list_is_better(seed: int, traffic: Traffic) -> None:
+    """Brute force over all sets of few candidates of mixed models."""
+    counts = {"generic-16": (0, 2), "velodyne-vlp-16": (1, 3)}
+    rules = ANYWHERE.model_copy(update={"height_m": (0.7, 100.0)})
+    added = Additions(
+        tuple(counts), rules=rules, spots_m=0.9, tilts_deg=(0.0,), counts=counts, budget=5.0,
+        costs={"generic-16": 0.8},
+    )  # fmt: skip
+    problem = Problem(RIG, traffic, added, frames=6, held_out=10, seed=seed)
+    space = done(cast(problem, 1, lambda: False))
+    assert 4 <= len(space.candidates) <= 14
+    best = 0
+    for number in range(1 << len(space.candidates)):
+        some = [one for one in range(len(space.candidates)) if number >> one & 1]
+        sensors = [s.model for one in some for s in space.candidates[one].sensors]
+        if space.choices.limits.allow(some) and "velodyne-vlp-16" in sensors:
+            assert sensors.count("velodyne-vlp-16") <= 3 and sensors.count("generic-16") <= 2
+            best = max(best, space.figure.value(some))
+    solution = done(solved(space))
+    assert space.figure.value(solution.sets[0]) <= best
+    assert solution.bound is not None and solution.bound.value >= best
+    if solution.bound.kind == "proven":
+        assert space.figure.value(solution.sets[0]) == best
+
+
+def test_numbers_of_a_list_are_read_and_checked(traffic: Traffic) -> None:
+    assert counts_of(("a", "b:2", "c:0-4")) == (("a", "b", "c"), {"b": (2, 2), "c": (0, 4)})
+    for words, said in ((("a:x",), "MODEL:FROM-TO"), (("a", "a:2"), "once")):
+        with pytest.raises(InputError, match=said):
+            counts_of(words)
+    for low, high in ((3, 2), (0, 0), (0, 21)):
+        with pytest.raises(InputError, match="generic-16 must be from 0 to 20"):
+            replace(ADDED, counts={"generic-16": (low, high)})
+    many = replace(ADDED, counts={"generic-16": (20, 20)}, spots_m=2.0)
+    with pytest.raises(InputError, match="generic-16 has mounts for"):
+        finished(Problem(RIG, traffic, many, frames=8), 1)
+
+
+def test_a_camera_turns_to_where_it_sees_most(traffic: Traffic) -> None:
+    """Brute force over all poses of one camera."""
+    added = Additions(
+        ("nuscenes-front",), mirrored=False, rules=ANYWHERE, spots_m=0.9, tilts_deg=(0.0, 10.0),
+        yaw_deg=(-60.0, -30.0, 0.0, 30.0, 60.0),
+    )  # fmt: skip
+    bare = Rig(name="bare")
+    problem = Problem(bare, traffic, added, "share_25px", frames=8, held_out=10)
+    found = proposed(problem)
+    sampler = ObjectSampler(traffic, 1, problem.goal)
+    listed = candidates(bare, added)
+    yaws = {round(one.sensors[0].rpy_deg[2] % 360.0) for one in listed if one.tilt_deg == 0.0}
+    assert len(listed) >= 100 and len(yaws) > 20
+    best = max(sampler(bare.replace(sensors=one.sensors), problem.settings, (0, 8)).value for one in listed)
+    assert found.best.value == pytest.approx(best, abs=1e-12)
 
 
 def test_requirements_are_met_by_another_set_where_there_is_one(traffic: Traffic) -> None:
