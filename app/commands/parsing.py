@@ -97,7 +97,7 @@ GROUPS = {
                 "study:targets", "Predicted against true points on the objects of a recording."
             ),
             "external": Command(
-                "study:external", "Published experiments with fewer beams against figures of the same rigs."
+                "study:external", "Published changes of sensors against figures of the same rigs."
             ),
             "detection": Command(
                 "study:detection",

@@ -148,7 +148,7 @@ def external(
     json: JsonFigures = None,
     out: Folder = Path("out"),
 ) -> None:
-    """Compare published experiments with fewer beams or points with predicted AP and other figures of the same rigs.
+    """Compare published changes of LiDARs and cameras with predicted AP and other figures of the same rigs.
 
     Parameters
     ----------

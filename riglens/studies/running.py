@@ -144,7 +144,7 @@ def _targets(options: TargetsOptions, job: Job, /, boxes: Path) -> Findings:
 
 @dataclass(frozen=True)
 class ExternalOptions:
-    """Options of the study of published experiments with fewer beams."""
+    """Options of the study of published changes of sensors."""
 
     nuscenes: Annotated[
         Path | None,

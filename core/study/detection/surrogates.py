@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.engine.engine import Engine
-from riglens.core.figures.hits import ON_TARGET, SHARE_1, SHARE_5
+from riglens.core.figures.hits import ON_TARGET, SEEN_BY_CAMERAS, SHARE_1, SHARE_5
 from riglens.core.figures.objects import parts_by_class
 from riglens.core.figures.predicted import PREDICTED
 from riglens.core.metric.scores import PAPER_SETTINGS, Reading
@@ -34,6 +34,7 @@ SURROGATES = {
     "on_target": "mean over objects of 1 - exp(-cells/5), 0 to 1",
     "share_5": "share of objects with 5 LiDAR points or more, 0 to 1",
     "share_1": "share of objects with a LiDAR point, 0 to 1",
+    "seen_by_cameras": "mean share of an object's silhouette that cameras show, 0 to 1",
     "perception": "perception entropy read as AP, 0 to 1 (riglens.core.study.perception_entropy)",
     "rays": "LiDAR rays of a frame",
 }
@@ -97,6 +98,7 @@ def _of(
 def _of_objects(counted: Counted, judged: NDArray[np.bool_] | None) -> dict[str, list[float]]:
     cls = counted.groups.cls
     values = {one.key: one.values(counted) for one in (PREDICTED, ON_TARGET, SHARE_5, SHARE_1)}
+    values[SEEN_BY_CAMERAS.key] = SEEN_BY_CAMERAS.values(counted)
     values["perception"] = fused_precision(counted.objects)
     inside = counted.groups.inside(counted.calibration.domain)  # where the detector was judged
     values[PREDICTED.key] = np.where(inside, values[PREDICTED.key], np.nan)
@@ -110,7 +112,7 @@ def _of_objects(counted: Counted, judged: NDArray[np.bool_] | None) -> dict[str,
     figures = (ON_TARGET, SHARE_5, SHARE_1)
     rows = [one.total for one in parts_by_class(counted, figures).values()]
     own = {one.key: [row[one.key].value for row in rows] for one in figures}
-    return {key: by_class(values[key]) for key in (PREDICTED.key, "perception")} | own
+    return {key: by_class(values[key]) for key in (PREDICTED.key, SEEN_BY_CAMERAS.key, "perception")} | own
 
 
 def _mean(values: NDArray[Any]) -> float:
