@@ -95,7 +95,8 @@ class Curves(Frozen):
 
 class Domain(Frozen):
     """Domain in which a calibration holds: objects within a distance and a rectangle around the car, rigs with
-    this range of LiDAR rays, a number of sweeps, these data."""
+    this range of LiDAR rays, a number of sweeps, these data. beyond: what is known of rigs with other numbers of rays,
+    in words."""
 
     within_m: Metres | None = None
     length_m: Metres | None = None
@@ -103,6 +104,7 @@ class Domain(Frozen):
     rays: tuple[Annotated[int, Field(ge=1)], Annotated[int, Field(ge=1)]] | None = None
     sweeps: Annotated[int, Field(ge=1, le=100)] = 1
     data: Text
+    beyond: Text | None = None
 
     @model_validator(mode="after")
     def _bounded(self) -> Domain:
@@ -196,7 +198,8 @@ class Calibration(Frozen):
         """Return why a rig, or the way in which it is counted, is outside the domain; nothing where it is inside."""
         rays, shown = sum(lidar.ray_count for lidar in rig.enabled_lidars()), self.domain.rays
         if rays and shown is not None and not shown[0] <= rays <= shown[1]:
-            return f"shown for {shown[0]:,} to {shown[1]:,} LiDAR rays, and the rig has {rays:,}"
+            known = f": {self.domain.beyond}" if self.domain.beyond else ""
+            return f"shown for {shown[0]:,} to {shown[1]:,} LiDAR rays, and the rig has {rays:,}{known}"
         if shape != "class" or not range_law:
             return "shown for class shapes with the range law"
         return ""
