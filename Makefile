@@ -10,6 +10,7 @@
 #   make mutation small mistakes in core: which ones does no test notice? (MUTATION="--count 100 --seed 1 --rooms core/engine")
 #   make stress   the test suite on a computer with four times more work than processors
 #   make bench    speed and memory against yardsticks, into out/bench.json (BENCH="--quick --only edit")
+#   make docs     the pages of docs/ as a site with search, in build/site
 #   make check    format, lint, types, import contracts, wording
 #   make setup    the set-up alone: system libraries and packages in .venv
 #   make format   rewrite the sources in the project's format
@@ -19,7 +20,7 @@ PYTHON := .venv/bin/python
 WHOLE_SUITE := -m "not slow" -n logical --maxprocesses 4 --dist worksteal
 TEST_HELPERS = $(shell find tests -name "*.py" ! -name "test_*.py")
 .DEFAULT_GOAL := help
-.PHONY: help setup setup-dev run test test-detect test-devkit slow fuzz restless mutation stress bench check format clean
+.PHONY: help setup setup-dev run test test-detect test-devkit slow fuzz restless mutation stress bench docs check format clean
 
 help:
 	@sed -n 's/^#   make/  make/p' Makefile
@@ -65,6 +66,10 @@ mutation: setup-dev
 
 bench: setup-dev
 	@$(PYTHON) -m pytest tests/bench/bench_*.py -q --benchmark-quiet $(BENCH)
+
+docs: setup
+	@$(PYTHON) -c "import mkdocstrings, material" 2>/dev/null || $(PYTHON) -m pip install --quiet --editable ".[docs]"
+	@$(PYTHON) -m tools.build_docs
 
 check: setup
 	@$(PYTHON) -m ruff format --check .
