@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from riglens.core.engine.engine import Engine
 from riglens.core.errors import InputError
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import MetricSettings
@@ -18,7 +17,8 @@ from riglens.core.scene.pog_store import cached_pog, load_pog
 from riglens.core.scene.readers import Source, bundled_source, open_boxes, parse_class_map
 from riglens.core.scene.statistics import NEAR_M
 from riglens.core.scene.survey import FEWEST_BOXES, LARGEST_SPREAD_M, Advice, doubtful, survey
-from riglens.core.study.voxel_choice import EdgeScores, VoxelChoice, choose, ladder_grids
+from riglens.core.study.edge_search import search_edge
+from riglens.core.study.voxel_choice import VoxelChoice
 from riglens.evaluation.known_body import with_known_body
 from riglens.evaluation.options import DEFAULT_TOLERANCE_PP, SceneOptions, ScoreOptions
 
@@ -101,47 +101,16 @@ def load_scenario(options: SceneOptions, progress: Progress | None = None) -> Sc
 
 def _auto_scenario(options: SceneOptions, progress: Progress | None) -> Scenario:
     """Return the scene at the edge that suits the rigs; only the finest and the best of those tried are kept."""
-    source = source_of(options)
+    source, settings = source_of(options), settings_of(options.score)
     tolerance = (DEFAULT_TOLERANCE_PP if options.tolerance_pp is None else options.tolerance_pp) / 100
-    grids, left_out = ladder_grids(DEFAULT_ROI_M if options.roi_m is None else options.roi_m)
-    tried: list[EdgeScores] = []
-    kept: Scenario | None = None
-    for grid, report in zip(grids, _shared(progress, [grid.voxel_count for grid in grids]), strict=True):
-        pog = _named(cached_pog(source, grid, report), options)
-        found = Scenario(pog, EntropyField.from_pog(pog))
-        tried.append(_try(found.field, options, report))
-        if choose(tried, tolerance).voxel_m == grid.voxel_m:
-            kept = found
-    assert kept is not None
-    return replace(kept, choice=choose(tried, tolerance, left_out))
+    rigs = [rig.with_body_mesh(None) for rig in options.rigs]  # a mesh is not read for this
 
+    def pog_of(grid: VoxelGrid, report: Progress) -> Pog:
+        return _named(cached_pog(source, grid, report), options)
 
-def _shared(progress: Progress | None, work: Sequence[int]) -> Iterator[Progress]:
-    """Yield a progress callback for each piece of work; together they cover the whole range from 0 to 1."""
-
-    def report(fraction: float, start: int, piece: int) -> None:
-        if progress is not None:
-            progress((start + fraction * piece) / sum(work))
-
-    for place, piece in enumerate(work):
-        yield partial(report, start=sum(work[:place]), piece=piece)
-
-
-def _try(field: EntropyField, options: SceneOptions, report: Progress) -> EdgeScores:
-    """Return the scores of the rigs at one edge; call `report` between chunks of rays, which may raise to cancel."""
-
-    def never() -> bool:
-        report(1.0)
-        return False
-
-    engine = Engine(field, options.score.threads)
-    settings = settings_of(options.score)
-    scores = []
-    for rig in options.rigs:
-        without = rig.with_body_mesh(None)  # a mesh is not read for this
-        evaluation = engine.evaluate(without, with_known_body(settings, without), cancel=never)
-        scores.append((rig.name, evaluation.scores))
-    return EdgeScores(field.grid.voxel_m, tuple(scores))
+    scored = [(rig, with_known_body(settings, rig)) for rig in rigs]
+    roi_m = DEFAULT_ROI_M if options.roi_m is None else options.roi_m
+    return Scenario(*search_edge(pog_of, scored, roi_m, tolerance, options.score.threads, progress))
 
 
 def _named(pog: Pog, options: SceneOptions) -> Pog:
