@@ -34,7 +34,7 @@ _VELO, _RECT = ("Tr_velo_to_cam", "Tr_velo_cam", "Tr"), ("R0_rect", "R_rect")
 UNUSED = "(R|P|S)_rect_0[0-9]|corner_dist|delta_[fc]|calib_time"
 """Lines of raw drives: the rectified cameras beside the real ones, and how good the calibration is."""
 _MAX_LINES = 500
-Table = dict[str, Value]
+Lines = dict[str, Value]
 
 
 def recognises(source: Source) -> bool:
@@ -60,7 +60,7 @@ def read(source: Source, mounting: Mounting) -> Rig:
     return mounting.rig(f"KITTI {source.name}")
 
 
-def table_of(source: Source) -> Table:
+def table_of(source: Source) -> Lines:
     """Return the numbers of every line `name: numbers` or `name numbers`; other lines are left out."""
     lines = source.text.splitlines()
     if len(lines) > _MAX_LINES:
@@ -75,7 +75,7 @@ def table_of(source: Source) -> Table:
     return dict(source.value(table).items())
 
 
-def table_matrix(table: Table, names: tuple[str, ...], rows: int, columns: int) -> tuple[Value, Matrix]:
+def table_matrix(table: Lines, names: tuple[str, ...], rows: int, columns: int) -> tuple[Value, Matrix]:
     """Return the matrix under one of the names, row by row."""
     value = next((table[name] for name in names if name in table), None)
     if value is None:
@@ -84,7 +84,7 @@ def table_matrix(table: Table, names: tuple[str, ...], rows: int, columns: int) 
     return value, quoted_numbers(value, rows, columns)
 
 
-def _read_benchmark(table: Table, mounting: Mounting) -> None:
+def _read_benchmark(table: Lines, mounting: Mounting) -> None:
     """Read the rectified cameras of the tracking and object benchmarks."""
     notes = mounting.notes
     camera_SE3_velo = rigid_of(*table_matrix(table, _VELO, 3, 4), notes)
@@ -138,7 +138,7 @@ def _read_raw(source: Source, mounting: Mounting) -> None:
         notes.ignored("IMU", "calib_imu_to_velo.txt")
 
 
-def _add_rectified(table: Table, number: str, velo_SE3_camera0: Matrix, mounting: Mounting) -> None:
+def _add_rectified(table: Lines, number: str, velo_SE3_camera0: Matrix, mounting: Mounting) -> None:
     """Add a camera for which a raw drive has only the rectified projection."""
     name, notes = f"cam{int(number)}", mounting.notes
     rectify = rigid_of(*table_matrix(table, ("R_rect_00", "R_rect_0"), 3, 3), notes)
@@ -148,7 +148,7 @@ def _add_rectified(table: Table, number: str, velo_SE3_camera0: Matrix, mounting
     _add_projection(table[f"P_rect_{number}"], int(number), velo_SE3_rectified, image, mounting)
 
 
-def _add_raw(table: Table, number: str, velo_SE3_camera0: Matrix, mounting: Mounting) -> None:
+def _add_raw(table: Lines, number: str, velo_SE3_camera0: Matrix, mounting: Mounting) -> None:
     name, notes = f"cam{int(number)}", mounting.notes
     value, rotation = table_matrix(table, (f"R_{number}",), 3, 3)
     _, position = table_matrix(table, (f"T_{number}",), 3, 1)
@@ -157,7 +157,7 @@ def _add_raw(table: Table, number: str, velo_SE3_camera0: Matrix, mounting: Moun
     mounting.add("camera", name, from_optical(pose), **raw_lens(table, number, name, notes))
 
 
-def raw_lens(table: Table, number: str, name: str, notes: Notes) -> dict[str, Any]:
+def raw_lens(table: Lines, number: str, name: str, notes: Notes) -> dict[str, Any]:
     """Return image and lens of an unrectified camera: S, K and D of that number."""
     _, k = table_matrix(table, (f"K_{number}",), 3, 3)
     lens: dict[str, Any] = {"image": image_size(table, f"S_{number}"), **pinhole(k)}
@@ -167,7 +167,7 @@ def raw_lens(table: Table, number: str, name: str, notes: Notes) -> dict[str, An
     return lens
 
 
-def image_size(table: Table, name: str) -> tuple[int, int]:
+def image_size(table: Lines, name: str) -> tuple[int, int]:
     """Return width and height in pixels, which a line holds as floating-point numbers."""
     value, ((width, height),) = table_matrix(table, (name,), 1, 2)
     return Value({"width": float(width), "height": float(height)}, *value.place).image()

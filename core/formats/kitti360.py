@@ -20,7 +20,7 @@ from riglens.core.formats.kitti import (
     PASSAT,
     PASSAT_WORDS,
     UNUSED,
-    Table,
+    Lines,
     image_size,
     raw_lens,
     table_matrix,
@@ -81,11 +81,11 @@ def read(source: Source, mounting: Mounting) -> Rig:
     return mounting.rig(f"KITTI-360 {source.name}")
 
 
-def _pose(poses: Table, name: str, notes: Notes) -> Matrix:
+def _pose(poses: Lines, name: str, notes: Notes) -> Matrix:
     return VEHICLE_SE3_IMU @ rigid_of(*table_matrix(poses, (name,), 3, 4), notes)
 
 
-def _add(name: str, pose: Matrix, table: Table, lens: Source | None, mounting: Mounting) -> None:
+def _add(name: str, pose: Matrix, table: Lines, lens: Source | None, mounting: Mounting) -> None:
     """Add a camera with the lens of its file, or with that of perspective.txt, raw or rectified."""
     notes, number = mounting.notes, name.removeprefix("image_")
     fields: dict[str, Any]

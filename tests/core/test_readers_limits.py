@@ -15,7 +15,7 @@ from riglens.core.errors import InputError
 from riglens.core.scene import limits
 from riglens.core.scene.boxes import CLASSES, DataReport
 from riglens.core.scene.readers import common, frames, kitti, nuscenes_tables, open_boxes, text_blocks
-from riglens.core.scene.readers.common import Tally, added_up
+from riglens.core.scene.readers.common import ReadingTally, added_up
 from tests.core.sound_boxes import (
     HEADER,
     LABEL,
@@ -113,7 +113,7 @@ def test_very_many_class_names_are_refused(tmp_path: Path) -> None:
 
 def test_names_of_several_data_sets_are_counted_together() -> None:
     def report(first: int) -> DataReport:
-        tally = Tally()
+        tally = ReadingTally()
         tally.miss((f"{number}" for number in range(first, first + 6000)), "one")
         return DataReport("one", 1, dict.fromkeys(CLASSES, 0), tally.unmapped)
 

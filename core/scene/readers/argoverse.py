@@ -19,7 +19,7 @@ from riglens.core.scene.limits import MAX_NAME_CHARS, require_few_names
 from riglens.core.scene.readers.classes import UNMAPPED
 from riglens.core.scene.readers.common import (
     FileBoxSource,
-    Tally,
+    ReadingTally,
     readable,
     require_boxes,
     select,
@@ -40,7 +40,7 @@ class ArgoverseSource(FileBoxSource):
     def _files(self) -> list[Path]:
         return [self.path]
 
-    def _read(self, tally: Tally, progress: Progress) -> Iterator[BoxBatch]:
+    def _read(self, tally: ReadingTally, progress: Progress) -> Iterator[BoxBatch]:
         table = _table(self.path)
         time = table["timestamp_ns"].cast(pa.int64()).to_numpy()
         sweep_ns, frame = np.unique(time, return_inverse=True)

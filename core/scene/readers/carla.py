@@ -25,7 +25,7 @@ from riglens.core.scene.readers.common import (
     MAX_POSITION_M,
     BoxOptions,
     FileBoxSource,
-    Tally,
+    ReadingTally,
     readable,
     require_boxes,
     whole_frames,
@@ -52,7 +52,7 @@ class CarlaSource(FileBoxSource):
     def _files(self) -> list[Path]:
         return [self.path / name for _, name in self._entries]
 
-    def _read(self, tally: Tally, progress: Progress) -> Iterator[BoxBatch]:
+    def _read(self, tally: ReadingTally, progress: Progress) -> Iterator[BoxBatch]:
         numbers = np.array([frame for frame, _ in self._entries], dtype=np.int64)
         steps = np.diff(np.unique(numbers))
         step = int(np.gcd.reduce(steps)) if steps.size else 1
@@ -65,7 +65,7 @@ class CarlaSource(FileBoxSource):
             yield self._boxes(run, frames, tally)
             progress(run.stop / len(self._entries))
 
-    def _boxes(self, rows: slice, frames: NDArray[np.int64], tally: Tally) -> BoxBatch:
+    def _boxes(self, rows: slice, frames: NDArray[np.int64], tally: ReadingTally) -> BoxBatch:
         """Return the mapped boxes of the files in `rows`; unmapped ones are counted without being opened."""
         names = [name for _, name in self._entries[rows]]
         folders = [name.partition("/")[0] for name in names]

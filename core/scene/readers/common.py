@@ -70,7 +70,7 @@ class BoxOptions:
 
 
 @dataclass
-class Tally:
+class ReadingTally:
     """Counts of one pass; readers add frames, unmapped names and notes, the source counts the boxes.
 
     sequences: runs of frames that belong together, such as the drives of a data set.
@@ -107,7 +107,7 @@ class FileBoxSource(ABC):
         """Return all files that determine the boxes, in a fixed order."""
 
     @abstractmethod
-    def _read(self, tally: Tally, progress: Progress) -> Iterator[BoxBatch]:
+    def _read(self, tally: ReadingTally, progress: Progress) -> Iterator[BoxBatch]:
         """Stream the boxes in the source's own frame, axes as in the vehicle frame, and fill the tally."""
 
     @property
@@ -151,7 +151,10 @@ class FileBoxSource(ABC):
 
     def batches(self, progress: Progress | None = None, clock: Clock = time.monotonic) -> Iterator[BoxBatch]:
         """Stream the boxes once, in the vehicle frame; raise InputError on bad input, or beyond MAX_BOXES_S."""
-        tally, taken = Tally(notes=list(self.options.notes)), ReadingTime(str(self.path), MAX_BOXES_S, clock)
+        tally, taken = (
+            ReadingTally(notes=list(self.options.notes)),
+            ReadingTime(str(self.path), MAX_BOXES_S, clock),
+        )
 
         def told(share: float) -> None:
             taken.check()
@@ -173,7 +176,7 @@ class FileBoxSource(ABC):
             raise RuntimeError("no complete pass over the boxes yet")
         return self._report
 
-    def _finish(self, tally: Tally) -> DataReport:
+    def _finish(self, tally: ReadingTally) -> DataReport:
         boxes = {name: int(count) for name, count in zip(CLASSES, tally.boxes, strict=True)}
         report = DataReport(
             self.name,

@@ -29,7 +29,7 @@ from riglens.core.scene.readers.common import (
     NUMBERS,
     BoxOptions,
     FileBoxSource,
-    Tally,
+    ReadingTally,
     join,
     readable,
     require_boxes,
@@ -110,7 +110,7 @@ class KittiSource(FileBoxSource):
     def _files(self) -> list[Path]:
         return [*self._labels, *map(self._calib, self._labels)]
 
-    def _read(self, tally: Tally, progress: Progress) -> Iterator[BoxBatch]:
+    def _read(self, tally: ReadingTally, progress: Progress) -> Iterator[BoxBatch]:
         tally.sequences = len(self._labels)
         pending: list[BoxBatch] = []
         for done, label in enumerate(self._labels, start=1):
@@ -123,7 +123,7 @@ class KittiSource(FileBoxSource):
         if not self._layout.tracking and all(_NUMBER.fullmatch(number) for number in numbers):
             tally.name_frames(self.path.name, np.array(numbers, np.int64))
 
-    def _boxes(self, label: Path, tally: Tally) -> BoxBatch:
+    def _boxes(self, label: Path, tally: ReadingTally) -> BoxBatch:
         """Return the mapped boxes of one label file, with frames numbered after those of the previous files."""
         labels = read_labels(label, self._layout)
         codes = np.asarray(self.options.classes.codes(labels.names), dtype=np.int64)

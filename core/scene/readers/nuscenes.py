@@ -15,7 +15,7 @@ from riglens.core.scene.readers.common import (
     BATCH_BOXES,
     BoxOptions,
     FileBoxSource,
-    Tally,
+    ReadingTally,
     readable,
     require_boxes,
     shown,
@@ -42,7 +42,7 @@ class NuscenesSource(FileBoxSource):
     def _files(self) -> list[Path]:
         return self._tables.files()
 
-    def _read(self, tally: Tally, progress: Progress) -> Iterator[BoxBatch]:
+    def _read(self, tally: ReadingTally, progress: Progress) -> Iterator[BoxBatch]:
         samples = self._tables.samples(progress)
         if samples.channel != CHANNELS[0]:
             tally.notes.append(f"the boxes are those at the sweeps of {shown(samples.channel)}")

@@ -14,14 +14,14 @@ from riglens.core.geometry import Vec3
 from riglens.core.scene.occluders import FrameName, Map, MapPose, Occluders
 from riglens.core.scene.readers.common import NUMBERS, file_digest, readable, shown
 from riglens.core.scene.readers.frames import RowError
-from riglens.core.scene.readers.rows import Columns, Rows, check_numbers, open_rows
+from riglens.core.scene.readers.rows import Rows, TableColumns, check_numbers, open_rows
 
 MAX_OCCLUDERS = 1_000_000
 MAX_POSES = 5_000_000
 """Tables are held in memory: about 80 bytes for an occluder, 500 for a pose."""
 
-OCCLUDER_COLUMNS = Columns(("map", "cls", *NUMBERS), ("map", "cls"))
-POSE_COLUMNS = Columns(("seq", "frame", "map", "x", "y", "z", "yaw"), ("seq", "map"))
+OCCLUDER_COLUMNS = TableColumns(("map", "cls", *NUMBERS), ("map", "cls"))
+POSE_COLUMNS = TableColumns(("seq", "frame", "map", "x", "y", "z", "yaw"), ("seq", "map"))
 
 
 def open_occluders(occluders: Path, poses: Path, origin_m: Vec3 = (0.0, 0.0, 0.0)) -> Occluders:
@@ -94,5 +94,5 @@ def _take_poses(rows: Rows, found: dict[FrameName, MapPose]) -> None:
         found[name] = MapPose(place.distinct[place.codes[row]], (x_m, y_m, z_m), yaw_rad)
 
 
-def _rows(path: Path, columns: Columns) -> Iterator[Rows]:
+def _rows(path: Path, columns: TableColumns) -> Iterator[Rows]:
     yield from open_rows(path, columns).pieces(lambda _: None)

@@ -40,7 +40,7 @@ ACCEPTED_IN = {"frame": "an integer ≥ 0", **ACCEPTED}
 
 
 @dataclass(frozen=True)
-class Columns:
+class TableColumns:
     """The columns that a kind of table has, in the order of messages; `frame` holds integers, those of
     `texts` names, all others numbers."""
 
@@ -84,11 +84,11 @@ class Columns:
         return [name.strip() for name in names]
 
 
-BOX_COLUMNS = Columns(("seq", "frame", "cls", *NUMBERS), ("seq", "cls"))
+BOX_COLUMNS = TableColumns(("seq", "frame", "cls", *NUMBERS), ("seq", "cls"))
 
 
 @dataclass(frozen=True)
-class Names:
+class NameColumn:
     """Column of names: the distinct ones, and for each row the index of its name."""
 
     distinct: list[str]
@@ -100,19 +100,19 @@ class Rows:
     """Some rows of a table: names by column, `frame` (n,) where the table has one, numbers (n, k) in the order of the
     columns; `place` describes where in the file a row is."""
 
-    texts: Mapping[str, Names]
+    texts: Mapping[str, NameColumn]
     frame: NDArray[np.int64]
     numbers: NDArray[np.float64]
     place: Callable[[int], str]
 
     @classmethod
-    def of(cls, table: pa.Table, columns: Columns, place: Callable[[int], str]) -> Rows:
+    def of(cls, table: pa.Table, columns: TableColumns, place: Callable[[int], str]) -> Rows:
         """Take Arrow columns, checked to be complete; raise ArrowInvalid for what does not fit into the arrays."""
         numbers = np.column_stack([table[name].cast(pa.float64()).to_numpy() for name in columns.numbers])
         frame = table["frame"].cast(pa.int64()).to_numpy() if "frame" in columns.needed else _NO_FRAMES
         return cls({name: _names(table[name]) for name in columns.texts}, frame, numbers, place)
 
-    def names(self, column: str) -> Names:
+    def names(self, column: str) -> NameColumn:
         """Return a column of names; raise RowError when one is too long."""
         names = self.texts[column]
         for code, name in enumerate(names.distinct):
@@ -135,12 +135,12 @@ class Rows:
 _NO_FRAMES = np.zeros(0, np.int64)
 
 
-def _names(column: pa.ChunkedArray) -> Names:
+def _names(column: pa.ChunkedArray) -> NameColumn:
     if not pa.types.is_dictionary(column.type):
         column = column.cast(pa.string()).dictionary_encode()
     array = column.unify_dictionaries().combine_chunks()
     distinct = [str(name) for name in array.dictionary.to_pylist()]
-    return Names(distinct, array.indices.to_numpy().astype(np.intp))
+    return NameColumn(distinct, array.indices.to_numpy().astype(np.intp))
 
 
 class RowFile(ABC):
@@ -148,7 +148,7 @@ class RowFile(ABC):
 
     unused: list[str]
 
-    def __init__(self, path: Path, columns: Columns) -> None:
+    def __init__(self, path: Path, columns: TableColumns) -> None:
         self.path, self.columns = path, columns
 
     @abstractmethod
@@ -160,7 +160,7 @@ class CsvFile(RowFile):
     """A CSV file, plain or gzip-compressed, with a header line: compiled code for whole blocks, a search for the faulty
     line on failure."""
 
-    def __init__(self, path: Path, columns: Columns) -> None:
+    def __init__(self, path: Path, columns: TableColumns) -> None:
         super().__init__(path, columns)
         with readable(path):
             first = next(text_blocks(path, lambda _: None), None)
@@ -241,7 +241,7 @@ class CsvFile(RowFile):
 class ParquetFile(RowFile):
     """A Parquet file; column types are checked when it is opened."""
 
-    def __init__(self, path: Path, columns: Columns) -> None:
+    def __init__(self, path: Path, columns: TableColumns) -> None:
         super().__init__(path, columns)
         with readable(path), _parquet_file(path) as file:
             schema = file.schema_arrow
@@ -307,7 +307,7 @@ def require_type(path: Path, column: pa.Field, accepted: TypeName) -> None:
         )
 
 
-def open_rows(path: Path, columns: Columns) -> RowFile:
+def open_rows(path: Path, columns: TableColumns) -> RowFile:
     """Open a table file, of whichever kind; raise InputError when it lacks one of these columns."""
     with readable(path):
         return ParquetFile(path, columns) if is_parquet(path) else CsvFile(path, columns)

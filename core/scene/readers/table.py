@@ -10,7 +10,7 @@ import numpy as np
 from riglens.core.errors import InputError
 from riglens.core.scene.boxes import BoxBatch, Progress, rotations_from_yaw
 from riglens.core.scene.readers.classes import UNMAPPED
-from riglens.core.scene.readers.common import BoxOptions, FileBoxSource, Tally
+from riglens.core.scene.readers.common import BoxOptions, FileBoxSource, ReadingTally
 from riglens.core.scene.readers.frames import FrameCounter, RowError, WholeFrames
 from riglens.core.scene.readers.rows import BOX_COLUMNS, ParquetFile, Rows, check_numbers, open_rows
 
@@ -35,7 +35,7 @@ class TableSource(FileBoxSource):
     def _files(self) -> list[Path]:
         return [self.path]
 
-    def _read(self, tally: Tally, progress: Progress) -> Iterator[BoxBatch]:
+    def _read(self, tally: ReadingTally, progress: Progress) -> Iterator[BoxBatch]:
         if self.unused:
             tally.notes.append(f"columns not used: {', '.join(self.unused)}")
         counter, whole, largest_yaw = FrameCounter(), WholeFrames(self.path), 0.0
@@ -52,7 +52,7 @@ class TableSource(FileBoxSource):
         tally.statistics.yaw_rad = largest_yaw
         progress(1.0)
 
-    def _boxes(self, rows: Rows, counter: FrameCounter, tally: Tally) -> tuple[BoxBatch, float]:
+    def _boxes(self, rows: Rows, counter: FrameCounter, tally: ReadingTally) -> tuple[BoxBatch, float]:
         """Return mapped rows as boxes, and the largest yaw of all; raise RowError for a frame out of order or an
         impossible number."""
         every, number, seq, name = rows.numbers, rows.frames(), rows.names("seq"), rows.names("cls")
