@@ -157,6 +157,12 @@ PANELS = (
     Panel(
         "Audi A2D2", (REAR, AXLE), ISO, ("middle of the rear axle · m", "x and y axes of each sensor · body")
     ),
+    Panel(
+        "SDFormat",
+        (CENTRE, GROUND),
+        ISO,
+        ("model: taken under the body centre · m", "roll pitch yaw rad, or ° · body"),
+    ),
     Panel("ASAM OSI", (REAR, AXLE), ISO, ("middle of the rear axle itself · m", "roll pitch yaw rad · body")),
 )
 

@@ -38,8 +38,8 @@ def convert(
     """Convert a rig between formats, reporting everything converted, approximated or left out.
 
     Formats: riglens, nuscenes, autoware, urdf, carla, carla-toml, driveworks, osi both ways; pandaset, argoverse,
-    kalibr, euroc, fast-livo, apollo, opencv, kitti, kitti-360, boreas, airsim, mmdet3d, carla-agent, basalt, a2d2
-    read only.
+    kalibr, euroc, fast-livo, apollo, opencv, kitti, kitti-360, boreas, airsim, mmdet3d, carla-agent, basalt, a2d2,
+    sdf read only.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def convert(
     origin
         Origin of IN in the vehicle frame, in metres.
     token
-        Which rig of several: token (nuScenes), id (CARLA), class (CARLA agent), name (AirSim), index (mmdet3d).
+        Which rig of several: token (nuScenes), id (CARLA), class (CARLA agent), name (AirSim, SDF), index (mmdet3d).
     kit
         Folder of an Autoware kit's description, where its xacro is not beside the calibration (individual_params).
     report

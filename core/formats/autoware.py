@@ -205,5 +205,5 @@ def _file_text(parent: str, children: dict[str, str]) -> str:
 
 AUTOWARE = Format(
     "autoware", "Autoware sensor kit calibration", YAML, recognises, read, write, is_folder=True, has_folders=True,
-    origin=REAR_AXLE,
+    origin=REAR_AXLE, harmless="wheel_radius|wheel_width|max_steer_angle",
 )  # fmt: skip

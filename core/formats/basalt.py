@@ -31,9 +31,7 @@ from riglens.core.rig.yaml.nodes import shortened
 _SPHERES = {"ds": ("xi", "alpha"), "eucm": ("alpha", "beta")}
 """Models by way of a unit sphere, and their numbers in the order of `sphere_fields`."""
 _PINHOLE = ("fx", "fy", "cx", "cy")
-_UNUSED = (
-    "calib_.*|.*_noise_std|.*_bias_std|imu_update_rate|cam_time_offset_ns|mocap.*|vignette|T_mocap.*|rpmax"
-)
+_UNUSED = "calib_.*|.*_noise_std|.*_bias_std|imu_update_rate|cam_time_offset_ns|.*mocap.*|T_imu_marker|vignette|rpmax"
 
 
 def recognises(source: Source) -> bool:

@@ -261,4 +261,12 @@ UNUSED = (
     "|Reprojection Error"
 )
 """Fields of a camera's file for rectified pictures, or that name something."""
-OPENCV = Format("opencv", "OpenCV, ROS or VINS camera", YAML, recognises, read, harmless=UNUSED)
+_OF_VINS = (
+    "imu|num_of_cam|.*_topic|output_path|multiple_thread|max_(cnt|solver_time|num_iterations)|min_dist|freq|F_threshold"
+    "|show_track|flow_back|equalize|fisheye|keyframe_parallax|(acc|gyr)_[nw]|g_norm|estimate_td|td|rolling_shutter.*"
+    "|load_previous_pose_graph|pose_graph_save_path|save_image|loop_closure|fast_relocalization|visualize_.*"
+)
+"""Settings of VINS' tracker and solver."""
+OPENCV = Format(
+    "opencv", "OpenCV, ROS or VINS camera", YAML, recognises, read, harmless=f"{UNUSED}|{_OF_VINS}"
+)

@@ -20,6 +20,7 @@ from riglens.core.formats.frames import (
 )
 from riglens.core.formats.lenses import brown_conrady
 from riglens.core.formats.mounts import Mounting
+from riglens.core.formats.report import Notes
 from riglens.core.formats.source import MAX_PIXELS, Element, Value
 from riglens.core.formats.unread import report_unread
 from riglens.core.rig.model import KannalaBrandt, LinearAngles
@@ -59,6 +60,7 @@ _RANGE_MESSAGE = "range"
 _HARMLESS = (
     "name|filename|topic|frame_name|topic_name|camera_name|visualize|format|save|ros|remapping|radiation|s"
     "|scale_to_hfov|noise|always_on|update_rate|resolution"
+    "|.*[tT]opicName|frameName|cameraName|alwaysOn|updateRate|hackBaseline|autoDistortion"
 )
 """Elements that change neither where a sensor stands nor what it sees; <resolution> is how ranges are interpolated."""
 _SHORT_M = 10.0
@@ -98,6 +100,20 @@ def is_infrared(sensor: Element) -> bool:
     return any(element is not None and "infrared" in element.text.lower() for element in said)
 
 
+def sensor_kind(sensor: Element, notes: Notes) -> SensorKind | None:
+    """Return the kind of a sensor by its type, or by the plugin that it names; others are reported, None."""
+    name, said = sensor.attributes.get("name", "?"), sensor.attributes.get("type", "")
+    if is_range_finder(sensor):
+        if not is_infrared(sensor):
+            return "ultrasonic"
+        notes.ignored("range finder with a single distance by light", name)
+        return None
+    kind = KINDS.get(said.lower()) or plugin_kind(sensor)
+    if kind is None:
+        notes.ignored(f"Gazebo sensor of type '{shortened(said, 30)}'", name)
+    return kind
+
+
 def plugin_frame(holder: Element) -> str | None:
     """Return the frame in which a plugin publishes."""
     frames = (
@@ -126,13 +142,13 @@ def add_sdf_sensor(
 ) -> None:
     """Add Gazebo's sensor to the rig, with the pose that it has on its link; several cameras in one are several."""
     name = sensor.attributes.get("name") or name
-    base_SE3_sensor = base_SE3_link @ _pose(sensor)
+    base_SE3_sensor = base_SE3_link @ pose_of(sensor)
     if kind == "camera":
         cameras = [*sensor.all("camera")]
         for camera in cameras:
             own = f"{name}_{camera.attributes.get('name', 'camera')}" if len(cameras) > 1 else name
             fields = _camera_fields(camera, own, mounting)
-            mounting.add(kind, own, base_SE3_sensor @ _pose(camera), **fields)
+            mounting.add(kind, own, base_SE3_sensor @ pose_of(camera), **fields)
         if not cameras:
             mounting.add(kind, name, base_SE3_sensor, **mounting.unknown_lens(name))
     else:
@@ -142,8 +158,8 @@ def add_sdf_sensor(
     report_unread(sensor.unread(name), mounting.notes, _HARMLESS)
 
 
-def _pose(holder: Element) -> Matrix:
-    """Return the <pose> of a sensor or camera: x y z, and roll pitch yaw in radians or degrees, or a quaternion."""
+def pose_of(holder: Element) -> Matrix:
+    """Return the <pose> of a link, sensor or camera: x y z, and roll pitch yaw, in degrees if so said, or x y z w."""
     pose = holder.first("pose")
     if pose is None:
         return np.eye(4)

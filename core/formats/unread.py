@@ -38,6 +38,8 @@ _HARMLESS = re.compile(
 )
 """Fields of these names change neither where a sensor stands nor what it sees, whatever else their names hold."""
 
+_ZERO = re.compile(r"[-+]?0+(\.0*)?|[Ff]alse")
+"""A value that says that there is nothing: its name is enough."""
 _SHAPE = "rows|cols|dt"
 """Fields of a matrix as OpenCV writes it."""
 
@@ -131,7 +133,8 @@ def report_unread(found: Iterator[Unread], notes: Notes, harmless: str = "") -> 
     for one in found:
         words = _words(one.name)
         is_known = re.fullmatch(f"{_SHAPE}|{harmless}" if harmless else _SHAPE, one.name)
-        if is_known or _HARMLESS.search(words) or not (_MATTERS.search(words) or _is_vector(one.value)):
+        matters = _MATTERS.search(words) or _is_vector(one.value)
+        if is_known or _HARMLESS.search(words) or _ZERO.fullmatch(one.value) or not matters:
             if not is_known:
                 more.append(shortened(one.name, 40))
         elif len(said | {one[1:]}) > MOST:

@@ -44,14 +44,12 @@ from riglens.core.formats.ray_export import report_uneven
 from riglens.core.formats.report import Notes
 from riglens.core.formats.sdf_sensor import (
     EQUIDISTANT,
-    KINDS,
     WIDE_ANGLE,
     add_sdf_sensor,
-    is_infrared,
-    is_range_finder,
     numbers_in,
     plugin_frame,
     plugin_kind,
+    sensor_kind,
 )
 from riglens.core.formats.source import Element, Source
 from riglens.core.formats.unread import note_comments, report_unread
@@ -320,7 +318,9 @@ def _base(root: Element, tree: FrameTree) -> str:
     """Return the frame of the vehicle: base_footprint, base_link, or the root of the tree."""
     links = [link.attribute("name") for link in root.all("link")]
     if not links:
-        raise root.error("a robot needs at least one <link>")
+        raise root.error(
+            "a robot needs at least one <link>; a file of macros is opened by the one that calls them"
+        )
     named = next((base for base in BASES if base in links), None)
     return named or tree.root_of(links[0])
 
@@ -363,16 +363,11 @@ def _gazebo_sensors(root: Element, links: set[str], notes: Notes) -> Iterator[_F
     for gazebo in root.all("gazebo"):
         sensors = [*gazebo.all("sensor")]
         for sensor in sensors or ([gazebo] if plugin_kind(gazebo) else []):
-            name, said = sensor.attributes.get("name", "?"), sensor.attributes.get("type", "")
-            is_sonar = is_range_finder(sensor)
-            if is_sonar and is_infrared(sensor):
-                notes.ignored("range finder with a single distance by light", name)
-                continue
-            kind = "ultrasonic" if is_sonar else KINDS.get(said.lower()) or plugin_kind(sensor)
-            link = gazebo.attributes.get("reference") or plugin_frame(sensor) or plugin_frame(gazebo)
+            name, kind = sensor.attributes.get("name", "?"), sensor_kind(sensor, notes)
             if kind is None:
-                notes.ignored(f"Gazebo sensor of type '{shortened(said, 30)}'", name)
-            elif link is None or link not in links:
+                continue
+            link = gazebo.attributes.get("reference") or plugin_frame(sensor) or plugin_frame(gazebo)
+            if link is None or link not in links:
                 where = (
                     "names no link"
                     if link is None

@@ -595,6 +595,36 @@ A2D2: Files = {
         }
     )
 }
+SDF: Files = {
+    "car.sdf": """\
+<?xml version="1.0"?>
+<sdf version="1.9">
+  <model name="car">
+    <link name="chassis"><pose>0.5 0 0.25 0 0 0</pose></link>
+    <link name="roof">
+      <pose relative_to="chassis">-0.25 0 1.25 0 0 1.5707963267948966</pose>
+      <sensor name="top" type="gpu_lidar">
+        <pose>0.5 0 0.125 0 0 0</pose>
+        <lidar>
+          <scan>
+            <horizontal><samples>4</samples><min_angle>-1.5</min_angle><max_angle>1.5</max_angle></horizontal>
+            <vertical><samples>8</samples><min_angle>-0.25</min_angle><max_angle>0.25</max_angle></vertical>
+          </scan>
+          <range><min>0.5</min><max>90</max></range>
+        </lidar>
+      </sensor>
+      <sensor name="gps" type="navsat"/>
+    </link>
+    <link name="front">
+      <pose degrees="true">1.75 0 1 0 5 0</pose>
+      <sensor name="view" type="camera">
+        <camera><horizontal_fov>1.2</horizontal_fov><image><width>800</width><height>600</height></image></camera>
+      </sensor>
+    </link>
+  </model>
+</sdf>
+"""
+}
 OSI: Files = {
     "osi.json": json.dumps(
         [
@@ -658,6 +688,7 @@ SMALL: dict[str, Files] = {
     "mmdet3d": MMDET3D,
     "basalt": BASALT,
     "a2d2": A2D2,
+    "sdf": SDF,
     "osi": OSI,
 }
 """A valid rig in every format that is read; the last one is another form of the one before."""

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from riglens.core.errors import InputError
 from riglens.core.formats.lens_export import extent
 from riglens.core.formats.mounts import ReadOptions, find_model
 from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt, Lidar, Rig, Sensor
@@ -17,6 +18,7 @@ from tests.core.formats.cases import (
     AUTOWARE_KIT,
     BASALT,
     KITTI,
+    SDF,
     Files,
     lidar,
     read_files,
@@ -365,3 +367,17 @@ def test_a2d2_has_views_in_a_box_around_the_rear_axle() -> None:
     assert isinstance(front, Camera) and front.fx == 1750.0
     assert front.distortion == BrownConrady(k1=-0.25, k2=0.125, p1=0.001, p2=-0.002, k3=0.01)
     assert isinstance(side, Camera) and side.distortion == KannalaBrandt(k1=-0.04, k2=0.02, k3=-0.03, k4=0.01)
+
+
+def test_links_of_a_model_are_chained_to_its_frame() -> None:
+    read = read_files(SDF)
+    top, view = read.rig.sensors
+    assert top.position == pytest.approx((0.25, 0.5, 1.625)) and top.rpy_deg == pytest.approx(
+        (0.0, 0.0, 90.0)
+    )
+    assert view.position == (1.75, 0.0, 1.0) and view.rpy_deg == pytest.approx((0.0, 5.0, 0.0))
+    assert has(read.report, "ignored", "navsat", "gps")
+    two = SDF["car.sdf"].replace("</sdf>", '<model name="wall"><link name="w"/></model></sdf>')
+    assert has(read_files({"car.sdf": two}).report, "ignored", "another model", "wall")
+    with pytest.raises(InputError, match=r"must be the name of a model .known: car, wall"):
+        read_files({"car.sdf": two}, options=ReadOptions(token="lorry"))

@@ -195,7 +195,7 @@ def test_carla_beams_and_turns_are_counted_as_carla_does() -> None:
 def test_the_list_of_formats_is_the_documented_one() -> None:
     both = ["riglens", "nuscenes", "autoware", "urdf", "carla", "carla-toml", "driveworks"]
     read = "pandaset argoverse kalibr euroc fast-livo apollo opencv kitti kitti-360 boreas airsim mmdet3d carla-agent"
-    assert list(readable()) == [*both, *read.split(), "osi", "basalt", "a2d2"]
+    assert list(readable()) == [*both, *read.split(), "osi", "basalt", "a2d2", "sdf"]
     assert list(writable()) == [*both, "osi"]
 
 

@@ -39,6 +39,7 @@ PLACES: dict[str, tuple[str, str, str]] = {
     "mmdet3d": ("infos.json", '"cam2img"', JSON),
     "basalt": ("calibration.json", '"fx": 379.5', JSON),
     "a2d2": ("cams_lidars.json", '"Lens": "Telecam"', JSON),
+    "sdf": ("car.sdf", "<scan>", "<{key}>{value}</{key}>"),
     "osi": ("osi.json", '"range"', JSON),
 }
 """File, text before which a field is put, and how the format writes a field."""
@@ -52,7 +53,7 @@ def with_field(case: str, key: str, value: object) -> Files:
     """Return the small files of a format with one more field in the record of a sensor."""
     name, marker, template = PLACES[case]
     assert marker in SMALL[case][name]
-    text = value if case in ("urdf",) and isinstance(value, str) else json.dumps(value)
+    text = value if case in ("urdf", "sdf") and isinstance(value, str) else json.dumps(value)
     field = template.replace("{key}", key).replace("{value}", str(text))
     return {**SMALL[case], name: SMALL[case][name].replace(marker, field + marker, 1)}
 
