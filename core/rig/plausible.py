@@ -61,16 +61,16 @@ def _rolled(_: Rig, sensors: tuple[Sensor, ...]) -> Iterator[tuple[str, str]]:
         if abs(side_up) > _ON_ITS_SIDE:
             yield (
                 camera.name,
-                "lies on its side, rolled by 90°: if its pose is that of an optical frame (z forward), turn it by "
+                "rolled by 90°, on the side: if the pose is that of an optical frame (z forward), turn it by "
                 "rpy_deg -90 0 -90",
             )
         elif up < -_ON_ITS_SIDE:
             yield (
                 camera.name,
-                "is upside down, rolled by 180°: check rpy_deg, and the axes that its file means",
+                "rolled by 180°, upside down: check rpy_deg, and the axes that the file means",
             )
         elif lower_edge_deg > 0.0:
-            yield camera.name, "looks above the horizon only: check the sign and the unit of its pitch"
+            yield camera.name, "looking above the horizon only: check the sign and the unit of pitch"
 
 
 def _misplaced(rig: Rig, sensors: tuple[Sensor, ...]) -> Iterator[tuple[str, str]]:
@@ -78,9 +78,9 @@ def _misplaced(rig: Rig, sensors: tuple[Sensor, ...]) -> Iterator[tuple[str, str
     reach_m = _FAR_LENGTHS * rig.vehicle.length
     for sensor in sensors:
         if sensor.position[2] < _UNDER_GROUND_M:
-            yield sensor.name, "is below the ground (z = 0): check the origin of the rig, and its axes"
+            yield sensor.name, "below the ground (z = 0): check the origin of the rig, and its axes"
         if math.hypot(*sensor.position) > reach_m:
-            yield sensor.name, f"is more than {reach_m:.0f} m from the car: check the unit of its position"
+            yield sensor.name, f"more than {reach_m:.0f} m from the car: check the unit of position"
 
 
 def _against_names(_: Rig, sensors: tuple[Sensor, ...]) -> Iterator[tuple[str, str]]:
@@ -111,11 +111,11 @@ def _against_names(_: Rig, sensors: tuple[Sensor, ...]) -> Iterator[tuple[str, s
         ):
             yield (
                 sensor.name,
-                f"looks {'back' if is_front else 'ahead'}, against its name: check its yaw and its axes",
+                f"looking {'back' if is_front else 'ahead'}, against the name: check yaw and axes",
             )
-    fact = "is on the other side than its name says: check whether y of its file points left"
+    fact = "on the other side than the name says: check whether y of the file points left"
     if len(swapped) > 2:
-        fact = "are on the other side than their names say: the rig is mirrored, y of its file points right"
+        fact = "on the other side than the names say: the rig is mirrored, y of the file points right"
     yield from ((name, fact) for name in swapped)
 
 
@@ -128,16 +128,16 @@ def _lenses(_: Rig, sensors: tuple[Sensor, ...]) -> Iterator[tuple[str, str]]:
         wide_deg = math.degrees(2.0 * math.atan(camera.image[0] / 2.0 / fx))
         off = max(abs(at - side / 2.0) / side for at, side in zip(centre, camera.image, strict=True))
         if off > _OFF_MIDDLE:
-            yield camera.name, "its principal point is far from the middle of its image: check the image size"
+            yield camera.name, "principal point far from the middle of the image: check the image size"
         elif not 1.0 / _UNEVEN <= fx / fy <= _UNEVEN:
             yield (
                 camera.name,
-                f"its focal lengths {fx:.4g} and {fy:.4g} px differ: check them and the image size",
+                f"focal lengths {fx:.4g} and {fy:.4g} px differ: check them and the image size",
             )
         elif camera.distortion is None and not _NARROWEST_DEG <= wide_deg <= _WIDEST_PINHOLE_DEG:
             yield (
                 camera.name,
-                f"its pinhole is {wide_deg:.3g}° wide: check whether its focal length is in pixels of this image",
+                f"a pinhole {wide_deg:.3g}° wide: check whether the focal length is in pixels of this image",
             )
 
 

@@ -26,13 +26,13 @@ def lidar(name: str = "top", xyz: Any = (0.0, 0.0, 2.0), **rays: Any) -> Lidar:
 
 
 BAD: dict[str, tuple[tuple[Sensor, ...], str]] = {
-    "an optical frame taken for a body": ((camera(rpy=(-90.0, 0.0, -90.0)),), "on its side"),
-    "on its side": ((camera(rpy=(88.0, 0.0, 30.0)),), "on its side"),
+    "an optical frame taken for a body": ((camera(rpy=(-90.0, 0.0, -90.0)),), "on the side"),
+    "on its side": ((camera(rpy=(88.0, 0.0, 30.0)),), "on the side"),
     "upside down": ((camera(rpy=(180.0, 0.0, 0.0)),), "upside down"),
     "looks at the sky": ((camera(rpy=(0.0, -60.0, 0.0)),), "above the horizon"),
     "radians as degrees": ((camera(xyz=(1.0, 0.0, -1.5)),), "below the ground"),
     "millimetres": ((lidar(xyz=(1200.0, 0.0, 1900.0)),), "more than 14 m from the car"),
-    "left on the right": ((lidar("lidar_left", (0.0, -0.9, 1.9)),), "other side than its name"),
+    "left on the right": ((lidar("lidar_left", (0.0, -0.9, 1.9)),), "other side than the name"),
     "y to the right": (
         tuple(
             camera(name, (1.0, y, 1.5), (0.0, 0.0, yaw))
@@ -45,11 +45,11 @@ BAD: dict[str, tuple[tuple[Sensor, ...], str]] = {
         ),
         "the rig is mirrored",
     ),
-    "a rear camera that looks ahead": ((camera("camera_rear", (-2.0, 0.0, 1.0)),), "looks ahead"),
-    "a front camera that looks back": ((camera("front", (-2.0, 0.0, 1.0), (0, 0, 180)),), "looks back"),
+    "a rear camera that looks ahead": ((camera("camera_rear", (-2.0, 0.0, 1.0)),), "looking ahead"),
+    "a front camera that looks back": ((camera("front", (-2.0, 0.0, 1.0), (0, 0, 180)),), "looking back"),
     "another image than the lens": ((camera(image=(4000, 900)),), "far from the middle"),
     "focal lengths": ((camera(fy=300.0),), "focal lengths 1200 and 300 px"),
-    "focal length in mm": ((camera(fx=6.0, fy=6.0),), "whether its focal length is in pixels"),
+    "focal length in mm": ((camera(fx=6.0, fy=6.0),), "whether the focal length is in pixels"),
     "a sonar as a LiDAR": (
         (
             lidar(
