@@ -181,7 +181,7 @@ def calibrate(
     match_m: float = MATCH_M,
     name: str | None = None,
     rig: Rig | None = None,
-    cameras: StrPath | None = None,
+    camera_results: StrPath | None = None,
 ) -> Calibration:
     """Fit a detector's recall by points and class, as `riglens calibrate` does; the result has `text()` for a file.
 
@@ -198,7 +198,7 @@ def calibrate(
         Name of the detector.
     rig
         Count the points that RigLens predicts for this rig, instead of true ones.
-    cameras
+    camera_results
         Results of a detector of this rig's pictures alone: fits what cameras add.
 
     Raises InputError on bad data.
@@ -210,5 +210,5 @@ def calibrate(
     traffic = load_boxes(options, within_m)
     for line in doubtful(traffic.data, argument_with):
         warn(line)
-    pictures = None if cameras is None else Path(cameras)
-    return calibrated(Path(detections), options, traffic, Rules(min_score, match_m), name, rig, pictures)
+    alone = None if camera_results is None else Path(camera_results)
+    return calibrated(Path(detections), options, traffic, Rules(min_score, match_m), name, rig, alone)

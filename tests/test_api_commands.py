@@ -391,7 +391,7 @@ def test_a_study_is_called_as_the_command_line_calls_it(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     inputs, words, options = STUDIES[name]
-    files = ["--csv", "table1.csv", "--detection-csv", "table1-detection.csv"]
+    files = ["--csv", "table1.csv", "--detection-csv", "table1-detection.csv", "--sheet", "table1-groups.png"]
     out = [str(tmp_path / word) if "." in word else word for word in files]
     calls = list[tuple[object, ...]]()
 

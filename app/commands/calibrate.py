@@ -40,7 +40,7 @@ def calibrate(
     match: Annotated[float, Parameter(metavar="M")] = MATCH_M,
     name: Annotated[str | None, Parameter(metavar="TEXT")] = None,
     rig: Annotated[str | None, Parameter(metavar="RIG")] = None,
-    cameras: Annotated[Path | None, Parameter(metavar="RESULTS")] = None,
+    camera_results: Annotated[Path | None, Parameter(metavar="RESULTS")] = None,
     libraries: Libraries = (),
 ) -> None:
     """Fit a detector's recall by points and class, for predicted detection of rigs.
@@ -61,18 +61,18 @@ def calibrate(
         Name of the detector (that of the file).
     rig
         Count the points that RigLens predicts for this rig, instead of the true points of the boxes.
-    cameras
+    camera_results
         Results of a detector of the rig's pictures alone: fits what cameras add. Needs --rig.
     """
     use_libraries(libraries)
-    require_outputs((detections, *scene.files, *filter(None, (cameras,))), out)
+    require_outputs((detections, *scene.files, *filter(None, (camera_results,))), out)
     rules = Rules(min_score, match)
     opened = None if rig is None else load_rig(rig)
     with progress_bar("Reading boxes") as progress:
         traffic = load_traffic(scene, within, progress)
     for line in doubtful(traffic.data, TERMINAL.advice):
         note(line)
-    found = calibrated(detections, scene, traffic, rules, name, opened, cameras)
+    found = calibrated(detections, scene, traffic, rules, name, opened, camera_results)
     write_file(out, found.text())
     console = results()
     console.print(_table(found))

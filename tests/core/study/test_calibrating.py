@@ -118,7 +118,7 @@ def test_what_cameras_add_is_recovered_from_results_of_pictures_alone(
             found.append(detection(row["cls"], row["x"], row["y"], 0.9))
     pictures.write_text(json.dumps({"results": results}), encoding="utf-8")
     out, given = folder / "both.yaml", ("--boxes", str(boxes), "--rig", "nuScenes car")
-    given += ("--cameras", str(pictures), "--out", str(out))
+    given += ("--camera-results", str(pictures), "--out", str(out))
     assert main(["calibrate", str(folder / "results.json"), *given]) == 0
     both = read_calibration(out)
     assert both.classes == calibration.classes and both.camera is not None
@@ -127,7 +127,7 @@ def test_what_cameras_add_is_recovered_from_results_of_pictures_alone(
         one = both.camera.at(np.array([visible]), np.array([distance_m]))
         assert one == pytest.approx(truth.at(np.array([visible]), np.array([distance_m])), abs=0.05)
     with pytest.raises(InputError, match="rig"):
-        rl.calibrate(folder / "results.json", boxes, cameras=pictures)
+        rl.calibrate(folder / "results.json", boxes, camera_results=pictures)
 
 
 @pytest.mark.parametrize(
