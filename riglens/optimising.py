@@ -53,6 +53,8 @@ def optimise(
 ) -> OptimiseResult:
     """Propose where to add or move sensors on the car's skin; every other sensor of the rig stays as it is.
 
+    Raises InputError when nothing can be added, or a number is out of its range.
+
     Parameters
     ----------
     rig, traffic
@@ -92,8 +94,6 @@ def optimise(
         The folder from which a car body in a mesh file is named.
     progress
         Gets the share that is done.
-
-    Raises InputError when nothing can be added, or a number is out of its range.
     """
     models, counts = counts_of((add,) if isinstance(add, str) else tuple(add))
     tilts, turns = (LEVELS_DEG, TURNS_DEG) if tilts_deg is None else (tuple(tilts_deg),) * 2

@@ -62,6 +62,8 @@ def render(
 ) -> None:
     """Draw a rig, its rays and the heatmap of a class into a PNG file; it takes no display.
 
+    Raises InputError when a value is not accepted or the file cannot be written.
+
     Parameters
     ----------
     out
@@ -93,8 +95,6 @@ def render(
         Draw the ground, and the colour bar.
     mesh_folder
         As for `score`; a mesh that cannot be read is warned of, and a plain box is drawn instead.
-
-    Raises InputError when a value is not accepted or the file cannot be written.
     """
     from riglens.core.files import require_writable
     from riglens.rendering.display import prepare_drawing

@@ -269,6 +269,8 @@ def review(
 
     The bundled town is the scene, and its objects the traffic, unless a scene is given.
 
+    The other arguments are those of the functions of the parts.
+
     Parameters
     ----------
     only
@@ -277,8 +279,6 @@ def review(
         LiDAR points that detect an object.
     damaged
         Sensors that have failed, "LIDAR_1", or are blocked by half, "LIDAR_1=left" (right, upper, lower).
-
-    The other arguments are those of the functions of the parts.
     """
     if unknown := [name for name in only if name not in PARTS]:
         raise InputError(f"must be some of {', '.join(PARTS)} (got '{unknown[0]}')", "only")

@@ -70,6 +70,8 @@ def convert(
 ) -> Rig:
     """Write a rig in another program's format; return the rig that was written.
 
+    What is approximated or left out is reported as a `RigLensWarning`. Raises InputError when reading or writing fails.
+
     Parameters
     ----------
     source, target
@@ -81,8 +83,6 @@ def convert(
         vehicle frame, metres.
     token, kit
         Which rig of several in the source; folder of an Autoware kit's description.
-
-    What is approximated or left out is reported as a `RigLensWarning`. Raises InputError when reading or writing fails.
     """
     from riglens.core.formats.mounts import ReadOptions  # many formats, which a preset does not need
     from riglens.jobs.converting import converted

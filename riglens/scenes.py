@@ -116,6 +116,9 @@ def load_scene(
 ) -> Scene:
     """Load the traffic of a box data set, of a stored POG, or of the bundled town.
 
+    POGs of box data are kept in the user's cache folder, so that the next call for the same data is quick. Boxes that
+    do not count are reported as a `RigLensWarning`. Raises InputError on bad data or arguments that disagree.
+
     Parameters
     ----------
     boxes
@@ -136,9 +139,6 @@ def load_scene(
         File made by `riglens data build`, in place of boxes.
     progress
         Called with the fraction done, 0 to 1, while a POG is built.
-
-    POGs of box data are kept in the user's cache folder, so that the next call for the same data is quick. Boxes that
-    do not count are reported as a `RigLensWarning`. Raises InputError on bad data or arguments that disagree.
     """
     options = scene_options(
         boxes, origin_m=origin_m, frames=frames, classes=classes, find_ground=find_ground, voxel_m=voxel_m,
@@ -166,6 +166,8 @@ def score(
 ) -> RigResult:
     """Score a rig on a scene, from scratch; for many rigs use `scene.engine()`.
 
+    Raises InputError when a number is out of its range, or when the mesh of a body that blocks cannot be read.
+
     Parameters
     ----------
     rig, scene
@@ -185,8 +187,6 @@ def score(
         `rig.self_occlusion` says by default.
     mesh_folder
         The folder from which a car body in a mesh file is named; that of the rig file, as a rule.
-
-    Raises InputError when a number is out of its range, or when the mesh of a body that blocks cannot be read.
     """
     options = ScoreOptions(method, reading, camera_weight, threads, body)
     rig = with_blocking_mesh(rig, options.body_of(rig), mesh_folder)

@@ -107,6 +107,9 @@ def sweep(
 ) -> SweepResult:
     """Evaluate many rigs that differ in some fields, as `riglens sweep` does; see docs/sweep.md.
 
+    The other arguments are those of `load_scene`, `load_traffic`, `score` and `targets`. Raises InputError for a field
+    that is not there, a value that does not fit, or arguments that disagree.
+
     Parameters
     ----------
     rigs
@@ -128,9 +131,6 @@ def sweep(
     workers, dask
         Processes, one per core by default, or the scheduler of a Dask cluster. A script that uses several processes
         needs `if __name__ == "__main__":` around its work.
-
-    The other arguments are those of `load_scene`, `load_traffic`, `score` and `targets`. Raises InputError for a field
-    that is not there, a value that does not fit, or arguments that disagree.
     """
     from riglens.core.pieces.backend import Backend
     from riglens.jobs.sweeping import DesignOptions, swept

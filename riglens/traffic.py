@@ -69,6 +69,9 @@ def load_traffic(
 ) -> Traffic:
     """Load the objects of a box data set, or of the bundled town, to count on with `targets`.
 
+    The other arguments are those of `load_scene`. Boxes that do not count are reported as a `RigLensWarning`. Raises
+    InputError on bad data.
+
     Parameters
     ----------
     within_m
@@ -77,9 +80,6 @@ def load_traffic(
         Houses, walls and poles of the bundled town hide objects too.
     occluders
         Tables of what surrounds your own boxes, and of the poses of the car.
-
-    The other arguments are those of `load_scene`. Boxes that do not count are reported as a `RigLensWarning`. Raises
-    InputError on bad data.
     """
     options = scene_options(
         boxes, origin_m=origin_m, frames=frames, classes=classes, find_ground=find_ground,
@@ -143,6 +143,9 @@ def targets(
 ) -> TargetResult:
     """Count the points and pixels of a rig on objects, with occlusion by traffic.
 
+    The other arguments are those of `score`. Raises InputError when a number is out of its range, or when the mesh of a
+    body that blocks cannot be read.
+
     Parameters
     ----------
     rig, traffic
@@ -159,9 +162,6 @@ def targets(
         Number of frames to use, drawn fairly, or a range of them: `range(100, 1100)` are held out from `100`.
     calibration
         Calibration of predicted detection, made by `calibrate`; the bundled one by default.
-
-    The other arguments are those of `score`. Raises InputError when a number is out of its range, or when the mesh of a
-    body that blocks cannot be read.
     """
     with TrafficEngine(traffic, threads) as engine:
         return engine.evaluate(
@@ -185,6 +185,8 @@ def calibrate(
 ) -> Calibration:
     """Fit a detector's recall by points and class, as `riglens calibrate` does; the result has `text()` for a file.
 
+    Raises InputError on bad data.
+
     Parameters
     ----------
     detections, boxes
@@ -200,8 +202,6 @@ def calibrate(
         Count the points that RigLens predicts for this rig, instead of true ones.
     camera_results
         Results of a detector of this rig's pictures alone: fits what cameras add.
-
-    Raises InputError on bad data.
     """
     from riglens.core.study.calibrating import Rules
     from riglens.evaluation.calibrating import calibrated  # loads scipy's optimisers

@@ -143,9 +143,13 @@ def build(menus: list[dict[str, Any]]) -> int:
             "features": ["navigation.sections", "content.code.copy"],
         },
         "plugins": [
-            "search",
-            "offline",
-            {"mkdocstrings": {"handlers": {"python": {"paths": [str(ROOT)]}}}},
+            "material/search",
+            "material/offline",
+            {
+                "mkdocstrings": {
+                    "handlers": {"python": {"paths": [str(ROOT)], "options": {"docstring_style": "numpy"}}}
+                }
+            },
         ],
         "validation": {"anchors": "warn", "omitted_files": "ignore"},
     }
