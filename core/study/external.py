@@ -38,10 +38,11 @@ FIGURES = {
     "on_target": "on target",
     "share_5": "≥ 5 points",
     "seen_by_cameras": "seen by cameras",
-    "perception": "perception entropy",
     "seen": "seen",
 }
-"""Figures compared, by name; the last two are of others: Ma et al. (2021), and the paper's entropy."""
+"""Figures compared, by name; the last one is the paper's entropy."""
+PERCEPTION = "perception"
+"""Perception entropy of Ma et al. (2021), for comparison."""
 _LEAST = {PREDICTED.key: 0.0}
 
 
@@ -110,7 +111,7 @@ class _Recorded:
         """Return each figure, mean over classes, on all objects and on replicas of them, (1 + REPLICAS,)."""
         parts = [(share, self._sums_of(rig)) for share, rig in mix]
         means = np.sum([share * sums.means(self._weights) for share, sums in parts], axis=0)
-        names = [*(one.key for one in _OF_OBJECTS), "perception"]
+        names = [*(one.key for one in _OF_OBJECTS), PERCEPTION]
         least = np.array([_LEAST.get(name, -math.inf) for name in names])[:, None, None]
         of_classes = _mean_known(np.maximum(means, least)[:, rows])
         seen = np.nan

@@ -14,7 +14,15 @@ from riglens.core.monitor import Monitor
 from riglens.core.rig.model import FORMAT_VERSION
 from riglens.core.shown_tables import Block, Paragraph, Styled, table
 from riglens.core.study.anchors import FAILS, GROUPS, WITHIN_M, Recording
-from riglens.core.study.external import FIGURES, RUNS, TOLERANCE, AnchorRatios, mean_error, outcomes
+from riglens.core.study.external import (
+    FIGURES,
+    PERCEPTION,
+    RUNS,
+    TOLERANCE,
+    AnchorRatios,
+    mean_error,
+    outcomes,
+)
 from riglens.evaluation.loading import load_scene, load_traffic
 from riglens.evaluation.options import SceneOptions, Triple
 from riglens.studies.files import csv_text, require_folder
@@ -109,6 +117,11 @@ def shown(found: Sequence[AnchorRatios]) -> Iterator[Block]:
         errors = (_error(mine, name) for name in FIGURES)
         made.add_row(Styled("mean error", "bold"), "", *errors, "")
         yield made
+        alike = sum(one.passes(PERCEPTION) for one in mine)
+        yield (
+            f"Perception entropy (Ma et al. 2021): passes {alike} of {len(mine)}, mean error "
+            f"{_error(mine, PERCEPTION).strip()}"
+        )
     yield Paragraph(
         f"* more than {TOLERANCE:g} from the published ratio. Predicted AP is judged, of narrow and wide cameras seen "
         f"by cameras. ±: standard deviation of the judged ratio over {RUNS} runs of frames drawn with replacement: "
@@ -154,7 +167,7 @@ def lines(found: Sequence[AnchorRatios]) -> Iterator[dict[str, object]]:
             "passes": one.passes(of.figure),
             "traffic_sd": _short(one.traffic_sd),
         }
-        ratios = {name: _short(one.ratios[name]) for name in FIGURES}
+        ratios = {name: _short(one.ratios[name]) for name in (*FIGURES, PERCEPTION)}
         yield line | ratios | {"known_fail": of.fails, "source": of.source}
 
 

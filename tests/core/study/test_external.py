@@ -205,6 +205,9 @@ def test_the_page_says_what_the_table_does() -> None:
                       for is_town in (False, True))  # fmt: skip
         judged, there = (sum(row["passes"] == "True" for row in some) for some in (mine, town))
         assert f"| {group} | {judged} of {len(mine)} | {there} of {len(town)} |" in page
+        apart = [abs(float(row["perception"]) - float(row["published"])) for row in mine]
+        alike = f"passes {sum(error <= TOLERANCE for error in apart)} of {len(mine)}"
+        assert group == FAILS or f"{alike}, mean error {np.mean(apart):.3f}" in page
 
 
 def test_classes_of_a_row_are_those_of_its_region() -> None:
