@@ -137,6 +137,7 @@ def build(menus: list[dict[str, Any]]) -> int:
         "docs_dir": str(PAGES),
         "site_dir": str(SITE),
         "nav": menus,
+        "use_directory_urls": False,
         "theme": {
             "name": "material",
             "font": False,
@@ -144,7 +145,6 @@ def build(menus: list[dict[str, Any]]) -> int:
         },
         "plugins": [
             "material/search",
-            "material/offline",
             {
                 "mkdocstrings": {
                     "handlers": {"python": {"paths": [str(ROOT)], "options": {"docstring_style": "numpy"}}}
@@ -161,7 +161,7 @@ def build(menus: list[dict[str, Any]]) -> int:
     except Abort as error:
         print(f"the site has warnings: {error}", file=sys.stderr)
         return 1
-    print(f"Written: {SITE / 'index.html'}")
+    print(f"Written: {SITE}; to search it: python -m http.server --bind 127.0.0.1 --directory {SITE}")
     return 0
 
 
