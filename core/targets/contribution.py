@@ -55,7 +55,7 @@ class _Scratch(NamedTuple):
 class Contribution:
     """Hits on the m objects that count in the first `frames` frames: found int32 (COLUMNS, m) as in
     `kernels.objects.counts`; cells of object o, for LiDARs: found[CELLS, o] of them, from cells[cell_starts[o]]
-    on; inside (m,), for cameras: share of the silhouette of an object inside the picture, for others (0,).
+    on; inside (m,), for cameras: share of the silhouette of an object that is hit inside the picture, for others (0,).
     """
 
     frames: int
@@ -152,7 +152,7 @@ class TargetCaster:
         self._count_cells_once(sensor, objects, found.found[kernel.RAYS])
         if not isinstance(sensor, Camera):
             return found
-        inside, met = np.zeros(found.found.shape[1]), np.flatnonzero(found.found[kernel.ALONE])
+        inside, met = np.zeros(found.found.shape[1]), np.flatnonzero(found.found[kernel.RAYS])
         inside[met] = shares_in_picture(sensor, sweep.boxes, beams, self._objects[objects][met])
         return dataclasses.replace(found, inside=inside)
 

@@ -2,7 +2,7 @@
 
 A silhouette is that of the parts of a box without anything before it, outside the picture too: a pinhole's image plane
 has no measure of what lies beside or behind it, so directions are counted, not pixels. Where an object may cross the
-edge of the picture, directions are spread evenly over a window around it, by a Fibonacci lattice of 610 points.
+edge of the picture, directions are spread evenly over a window around it, by a Fibonacci lattice of 377 points.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from riglens.core.kernels.objects.windows import TURN, corners_of, window_of_tur
 from riglens.core.kernels.rays.lattice import Direction
 from riglens.core.kernels.runtime.jit import kernel, lean_inlined
 
-POINTS, _STEP = 610, 377
+POINTS, _STEP = 377, 233
 _STEEPEST = 1e9
 UNKNOWN = -1.0
 

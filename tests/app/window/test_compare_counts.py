@@ -93,7 +93,7 @@ def test_every_figure_is_in_the_table_for_spreadsheets(desk: FullDesk) -> None:
     count(desk)
     value = answered(desk, asked(desk)[0])
     table = list(csv.DictReader(io.StringIO(desk.features.compare.panel.as_text(","))))
-    assert float(table[1]["car on target (fraction)"]) == value.value
+    assert float(table[1]["car at least 5 points (fraction)"]) == value.value
     assert table[1]["car S-MS (nat)"] == ""
     for name in ("car", "pedestrian"):
         for figure in object_figures(("lidar", "camera")):

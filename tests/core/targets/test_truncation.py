@@ -67,7 +67,7 @@ def check(held: Traffic, rig: Rig, settings: TargetSettings, seed: int) -> int:
             crossing += share < 1.0
             misses.append(found.shown[box, column] - rays[box] / alone[box] * share)
     # both draw directions: they agree within some hundredths, and in the mean
-    assert np.abs(misses).max(initial=0.0) < 0.05 and abs(np.mean(misses or [0.0])) < 2e-3
+    assert np.abs(misses).max(initial=0.0) < 0.08 and abs(np.mean(misses or [0.0])) < 2e-3
     assert (found.visible == found.shown.max(axis=1, initial=0.0)).all()
     return crossing
 
