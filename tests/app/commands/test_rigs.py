@@ -5,10 +5,12 @@ from pathlib import Path
 
 import pytest
 
+import riglens as rl
 from riglens.app.commands.list import _table
 from riglens.core.rig.library import default_library
+from riglens.core.rig.plausible import implausible
 from riglens.core.rig.presets import PRESETS, preset
-from riglens.core.rig.yaml.file import load_rig
+from riglens.core.rig.yaml.file import load_rig, new_rig_file
 from riglens.core.sensors.registry import kinds
 from tests.app.conftest import SMALL_GRID, Run
 from tests.core.formats.cases import AUTOWARE_KIT, DRIVEWORKS, NUSCENES, write_files
@@ -79,6 +81,17 @@ def test_tables_become_a_rig_file_and_the_report_stands_on_standard_error(
         assert line in outcome.err
     camera = load_rig(tmp_path / "rig.yaml").rig.sensor("CAM_FRONT")
     assert camera.position == (0.35, 0.0, 1.5) and camera.rpy_deg == (0.0, 0.0, 0.0)
+
+
+def test_what_is_implausible_about_a_rig_is_told_by_commands_and_python(riglens: Run, tmp_path: Path) -> None:
+    deep = preset("Line").sensors[0].replace(position=(0.0, 0.0, -1.0))
+    new_rig_file(preset("Line").replace(sensors=(deep,))).save(tmp_path / "deep.yaml")
+    (fact,) = implausible(load_rig(tmp_path / "deep.yaml").rig)
+    assert fact in riglens("convert", tmp_path / "deep.yaml", tmp_path / "out.yaml").err
+    assert fact in riglens("evaluate", tmp_path / "deep.yaml", "--no-targets", *SMALL_GRID).err
+    with pytest.warns(rl.RigLensWarning) as told:
+        rl.open_rig(tmp_path / "deep.yaml")
+    assert any(fact in str(one.message) for one in told)
 
 
 def test_options_say_what_the_file_does_not(riglens: Run, tmp_path: Path) -> None:

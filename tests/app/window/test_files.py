@@ -10,6 +10,7 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from riglens.app.window.dialogs import Unsaved
+from riglens.core.rig.plausible import implausible
 from riglens.core.rig.presets import preset
 from riglens.core.rig.yaml.file import load_rig, new_rig_file
 from tests.app.window.desk import FullDesk
@@ -39,6 +40,18 @@ def test_a_dragged_rig_is_saved_and_opened_again_bit_for_bit(bench: FullDesk, tm
     bench.act("open")
     assert bench.document.rig == dragged
     assert load_rig(tmp_path / "mine.yaml").rig == dragged
+
+
+def test_what_is_implausible_about_a_rig_is_shown_until_another_is_opened(
+    bench: FullDesk, tmp_path: Path
+) -> None:
+    deep = RIG.replace(sensors=(RIG.sensors[0].replace(position=(0.0, 0.0, -1.0)),))
+    for rig, path in ((deep, tmp_path / "deep.yaml"), (RIG, tmp_path / "good.yaml")):
+        new_rig_file(rig).save(path)
+        bench.dialogs.path = path
+        bench.act("open")
+        assert bench.workbench.notes.message == "\n".join(implausible(rig))
+    assert implausible(deep) and not implausible(RIG)
 
 
 def test_saving_again_asks_no_second_time_and_save_as_does(bench: FullDesk, tmp_path: Path) -> None:
