@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 import sys
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import wraps
+from inspect import Parameter
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal, ParamSpec, TypedDict, TypeVar, Unpack
 
 from numpy.typing import ArrayLike
 
@@ -21,6 +24,8 @@ from riglens.core.shown_text import remark_text
 from riglens.evaluation.names import argument_with
 from riglens.evaluation.options import SceneOptions
 
+P = ParamSpec("P")
+R = TypeVar("R")
 StrPath = str | os.PathLike[str]
 ClassName = Literal["car", "bicycle", "pedestrian"]
 
@@ -68,30 +73,56 @@ def require_kind(kind: str | None) -> None:
         raise InputError(f"must be {' or '.join(kind_names())} (got {kind})", "kind")
 
 
+class BoxReading(TypedDict, total=False):
+    """Arguments of how boxes are read, of every function that reads them; defaults are those of `SceneOptions`."""
+
+    origin_m: ArrayLike | None
+    frames: int | None
+    classes: Mapping[str, str] | None
+    find_ground: bool
+
+
+def reads_boxes(function: Callable[P, R]) -> Callable[P, R]:
+    """Show a function, whose last parameter is `**read_as`, with every argument of `BoxReading` in its place,
+    to editors and help(); one that is misspelt is named."""
+    signature, usual = inspect.signature(function), SceneOptions()
+    *stated, _ = signature.parameters.values()
+    for name, kind in BoxReading.__annotations__.items():
+        words = getattr(kind, "__forward_arg__", kind)
+        stated.append(Parameter(name, Parameter.KEYWORD_ONLY, default=getattr(usual, name), annotation=words))
+    shown = signature.replace(parameters=stated)
+
+    @wraps(function)
+    def run(*inputs: P.args, **given: P.kwargs) -> R:
+        shown.bind(*inputs, **given)
+        return function(*inputs, **given)
+
+    run.__signature__ = shown  # type: ignore[attr-defined]
+    return run
+
+
 def scene_options(
     boxes: StrPath | None,
     *,
-    origin_m: ArrayLike | None,
-    frames: int | None,
-    classes: Mapping[str, str] | None,
-    find_ground: bool,
     voxel_m: float | None = None,
     roi_m: ArrayLike | None = None,
     pog: StrPath | None = None,
     surroundings: bool = False,
     occluders: tuple[StrPath, StrPath] | None = None,
+    **read_as: Unpack[BoxReading],
 ) -> SceneOptions:
     """Return the options of the command line for these arguments."""
     require_compiler()
+    read = dict[str, Any](read_as)
+    if read.get("origin_m") is not None:
+        read["origin_m"] = triple(read["origin_m"])
+    read["classes"] = tuple(f"{name}={cls}" for name, cls in dict(read.get("classes") or {}).items())
     return SceneOptions(
         boxes=None if boxes is None else Path(boxes),
-        origin_m=None if origin_m is None else triple(origin_m),
-        frames=frames,
-        classes=tuple(f"{name}={cls}" for name, cls in (classes or {}).items()),
-        find_ground=find_ground,
         voxel_m=voxel_m,
         roi_m=None if roi_m is None else triple(roi_m),
         pog=None if pog is None else Path(pog),
         surroundings=surroundings or occluders is not None,
         occluders=None if occluders is None else (Path(occluders[0]), Path(occluders[1])),
+        **read,
     )

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal
+from typing import Literal, Unpack
 
 from numpy.typing import ArrayLike
 
-from riglens.arguments import StrPath, Warnings, scene_options
+from riglens.arguments import BoxReading, StrPath, Warnings, reads_boxes, scene_options
 from riglens.core.files import require_ending, require_writable
 from riglens.core.metric.scores import DEFAULT_LAMBDA, Body, Method, Reading
 from riglens.core.rig.model import Rig
@@ -21,13 +21,11 @@ from riglens.results import Listing
 from riglens.scenes import Scene, load_scene, with_blocking_meshes
 
 
+@reads_boxes
 def survey(
     *boxes: StrPath,
-    origin_m: ArrayLike | None = None,
-    frames: int | None = None,
-    classes: Mapping[str, str] | None = None,
-    find_ground: bool = False,
     progress: Progress | None = None,
+    **read_as: Unpack[BoxReading],
 ) -> Listing:
     """Survey box data: classes, directions, distances, sizes, the ground, and what is not mapped.
 
@@ -35,7 +33,7 @@ def survey(
     """
     from riglens.evaluation.described import described
 
-    options = scene_options(None, origin_m=origin_m, frames=frames, classes=classes, find_ground=find_ground)
+    options = scene_options(None, **read_as)
     document = described(options, [Path(one) for one in boxes], progress).document()
     rows = [
         {"class": name, "boxes": found["boxes"], **{k: sum(v) for k, v in found["sectors"].items()}}
@@ -46,17 +44,15 @@ def survey(
     )
 
 
+@reads_boxes
 def build_pog(
     *boxes: StrPath,
     out: StrPath,
     voxel_m: float | None = None,
     roi_m: ArrayLike | None = None,
-    origin_m: ArrayLike | None = None,
-    frames: int | None = None,
-    classes: Mapping[str, str] | None = None,
-    find_ground: bool = False,
     workers: int | None = None,
     dask: str | None = None,
+    **read_as: Unpack[BoxReading],
 ) -> Scene:
     """Build the POG of box data sets together, store it for `load_scene(pog=out)`, and return the scene.
 
@@ -66,23 +62,17 @@ def build_pog(
     from riglens.core.pieces.backend import Backend
     from riglens.jobs.building import build
 
-    options = scene_options(
-        None, origin_m=origin_m, frames=frames, classes=classes, find_ground=find_ground, voxel_m=voxel_m,
-        roi_m=roi_m,
-    )  # fmt: skip
+    options = scene_options(None, voxel_m=voxel_m, roi_m=roi_m, **read_as)
     build([Path(one) for one in boxes], Path(out), options, Backend(workers, dask), Warnings())
     return load_scene(pog=out)
 
 
+@reads_boxes
 def simulate(
     rigs: Rig | Sequence[Rig],
     out: StrPath,
     boxes: StrPath | None = None,
     *,
-    origin_m: ArrayLike | None = None,
-    frames: int | None = None,
-    classes: Mapping[str, str] | None = None,
-    find_ground: bool = False,
     surroundings: Literal["ignored", "block"] | None = None,
     occluders: tuple[StrPath, StrPath] | None = None,
     every: int | None = None,
@@ -102,6 +92,7 @@ def simulate(
     carla: str | None = None,
     body: Body | None = None,
     mesh_folder: StrPath = ".",
+    **read_as: Unpack[BoxReading],
 ) -> tuple[Path, ...]:
     """Simulate what rigs measure in traffic, as data sets in nuScenes' format; return their folders.
 
@@ -114,9 +105,7 @@ def simulate(
     from riglens.core.simulate.units import Extras
     from riglens.jobs.simulating import DataSetJob, collect_in_carla, make_data_sets
 
-    options = scene_options(
-        boxes, origin_m=origin_m, frames=frames, classes=classes, find_ground=find_ground, occluders=occluders
-    )
+    options = scene_options(boxes, occluders=occluders, **read_as)
     settings = SimulationSettings(seed, shape, range_law, phase, noise_m, dropout, clutter, road)
     score = ScoreOptions(body=body)
     several = with_blocking_meshes(rigs, score, mesh_folder)
@@ -128,6 +117,7 @@ def simulate(
     return tuple(made.folder for made in make_data_sets(several, score, job, Warnings()))
 
 
+@reads_boxes
 def report(
     rigs: Rig | Sequence[Rig],
     out: StrPath,
@@ -135,10 +125,6 @@ def report(
     *,
     voxel_m: float | None = None,
     roi_m: ArrayLike | None = None,
-    origin_m: ArrayLike | None = None,
-    frames: int | None = None,
-    classes: Mapping[str, str] | None = None,
-    find_ground: bool = False,
     pog: StrPath | None = None,
     requirements: StrPath | None = None,
     draws: int = USUAL_DRAWS,
@@ -152,6 +138,7 @@ def report(
     body: Body | None = None,
     threads: int | None = None,
     mesh_folder: StrPath = ".",
+    **read_as: Unpack[BoxReading],
 ) -> Path:
     """Write a page (.html) or PDF about rigs with every figure attached, and return its path.
 
@@ -163,10 +150,7 @@ def report(
     from riglens.reporting.making import write_report
 
     path, score = Path(out), ScoreOptions(method, reading, camera_weight, threads, body)
-    options = scene_options(
-        boxes, origin_m=origin_m, frames=frames, classes=classes, find_ground=find_ground, voxel_m=voxel_m,
-        roi_m=roi_m, pog=pog,
-    )  # fmt: skip
+    options = scene_options(boxes, voxel_m=voxel_m, roi_m=roi_m, pog=pog, **read_as)
     require_ending("out", path, ".html", ".pdf")
     require_draws(draws, seed, 0)
     require_writable(path, options.files)

@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Self, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from riglens.arguments import ClassName, StrPath, require_kind, scene_options, warn, warn_of_data
+from riglens.arguments import (
+    BoxReading,
+    ClassName,
+    StrPath,
+    reads_boxes,
+    require_kind,
+    scene_options,
+    warn,
+    warn_of_data,
+)
 from riglens.core.engine.audit import audit as audit_rig
 from riglens.core.engine.engine import Engine
 from riglens.core.figures.evaluated import Evaluated, EvaluationSettings
@@ -102,17 +111,15 @@ class Scene:
         return SceneEngine(self, threads)
 
 
+@reads_boxes
 def load_scene(
     boxes: StrPath | None = None,
     voxel_m: float | None = None,
     *,
     roi_m: ArrayLike | None = None,
-    origin_m: ArrayLike | None = None,
-    frames: int | None = None,
-    classes: Mapping[str, str] | None = None,
-    find_ground: bool = False,
     pog: StrPath | None = None,
     progress: Progress | None = None,
+    **read_as: Unpack[BoxReading],
 ) -> Scene:
     """Load the traffic of a box data set, of a stored POG, or of the bundled town.
 
@@ -140,10 +147,7 @@ def load_scene(
     progress
         Called with the fraction done, 0 to 1, while a POG is built.
     """
-    options = scene_options(
-        boxes, origin_m=origin_m, frames=frames, classes=classes, find_ground=find_ground, voxel_m=voxel_m,
-        roi_m=roi_m, pog=pog,
-    )  # fmt: skip
+    options = scene_options(boxes, voxel_m=voxel_m, roi_m=roi_m, pog=pog, **read_as)
     found = load_scenario(options, progress)
     warn_of_data(found.field.data)
     return Scene(found.pog, found.field)

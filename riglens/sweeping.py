@@ -6,11 +6,11 @@ import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, Unpack
 
 from numpy.typing import ArrayLike
 
-from riglens.arguments import StrPath, Warnings, scene_options
+from riglens.arguments import BoxReading, StrPath, Warnings, reads_boxes, scene_options
 from riglens.core.metric.scores import DEFAULT_LAMBDA, Body, Method, Reading
 from riglens.core.rig.model import Rig
 from riglens.core.sweep.design import Span
@@ -68,6 +68,7 @@ class SweepResult(Result):
         return f"<SweepResult: {self._table.num_rows:,} rigs, {self._table.num_columns} columns>"
 
 
+@reads_boxes
 def sweep(
     rigs: Rig | Sequence[Rig],
     vary: Mapping[str, Sequence[float]] | None = None,
@@ -81,10 +82,6 @@ def sweep(
     blind_m: float | None = None,
     voxel_m: float | None = None,
     roi_m: ArrayLike | None = None,
-    origin_m: ArrayLike | None = None,
-    frames: int | None = None,
-    classes: Mapping[str, str] | None = None,
-    find_ground: bool = False,
     pog: StrPath | None = None,
     surroundings: bool = False,
     occluders: tuple[StrPath, StrPath] | None = None,
@@ -104,6 +101,7 @@ def sweep(
     workers: int | None = None,
     dask: str | None = None,
     mesh_folder: StrPath = ".",
+    **read_as: Unpack[BoxReading],
 ) -> SweepResult:
     """Evaluate many rigs that differ in some fields, as `riglens sweep` does; see docs/sweep.md.
 
@@ -138,9 +136,14 @@ def sweep(
     how = DesignOptions((), sobol, None if design is None else Path(design), design_seed, compute, blind_m)
     made = how.design([Span.of(field, values) for field, values in (vary or {}).items()])
     scene = scene_options(
-        boxes, origin_m=origin_m, frames=frames, classes=classes, find_ground=find_ground, voxel_m=voxel_m,
-        roi_m=roi_m, pog=pog, surroundings=surroundings, occluders=occluders,
-    )  # fmt: skip
+        boxes,
+        voxel_m=voxel_m,
+        roi_m=roi_m,
+        pog=pog,
+        surroundings=surroundings,
+        occluders=occluders,
+        **read_as,
+    )
     score = ScoreOptions(method, reading, camera_weight, threads, body)
     curves = None if calibration is None else Path(calibration)
     count = CountOptions(within_m, sample, shape, range_law, phase, seed, min_points, curves)

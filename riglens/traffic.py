@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import fields, replace
 from pathlib import Path
+from typing import Unpack
 
 from numpy.typing import ArrayLike
 
-from riglens.arguments import StrPath, scene_options, warn, warn_of_data
+from riglens.arguments import BoxReading, StrPath, reads_boxes, scene_options, warn, warn_of_data
 from riglens.core.errors import InputError
 from riglens.core.metric.scores import Body
 from riglens.core.rig.model import Rig
@@ -55,17 +56,15 @@ class Traffic(Boxes):
         return TrafficEngine(self, threads)
 
 
+@reads_boxes
 def load_traffic(
     boxes: StrPath | None = None,
     *,
     within_m: float = WITHIN_M,
-    origin_m: ArrayLike | None = None,
-    frames: int | None = None,
-    classes: Mapping[str, str] | None = None,
-    find_ground: bool = False,
     surroundings: bool = False,
     occluders: tuple[StrPath, StrPath] | None = None,
     progress: Progress | None = None,
+    **read_as: Unpack[BoxReading],
 ) -> Traffic:
     """Load the objects of a box data set, or of the bundled town, to count on with `targets`.
 
@@ -81,10 +80,7 @@ def load_traffic(
     occluders
         Tables of what surrounds your own boxes, and of the poses of the car.
     """
-    options = scene_options(
-        boxes, origin_m=origin_m, frames=frames, classes=classes, find_ground=find_ground,
-        surroundings=surroundings, occluders=occluders,
-    )  # fmt: skip
+    options = scene_options(boxes, surroundings=surroundings, occluders=occluders, **read_as)
     found = load_boxes(options, within_m, progress)
     warn_of_data(found.data)
     return Traffic(**{one.name: getattr(found, one.name) for one in fields(found)})
@@ -206,7 +202,7 @@ def calibrate(
     from riglens.core.study.calibrating import Rules
     from riglens.evaluation.calibrating import calibrated  # loads scipy's optimisers
 
-    options = scene_options(boxes, origin_m=origin_m, frames=None, classes=classes, find_ground=False)
+    options = scene_options(boxes, origin_m=origin_m, classes=classes)
     traffic = load_boxes(options, within_m)
     for line in doubtful(traffic.data, argument_with):
         warn(line)

@@ -90,6 +90,11 @@ def test_whatever_reads_boxes_takes_every_option_of_reading(name: str) -> None:
     assert {"boxes", *READING} <= inspect.signature(getattr(rl, name)).parameters.keys()
 
 
+def test_a_misspelt_option_of_reading_is_named() -> None:
+    with pytest.raises(TypeError, match="'orign_m'"):
+        rl.load_scene(orign_m=(0.0, 0.0, 0.0))  # type: ignore[call-arg]
+
+
 def test_scores_are_a_mapping_of_the_figures_of_the_json(scene: rl.Scene) -> None:
     result = rl.score(rl.open_rig("N+P"), scene, reading="hits", camera_weight=0.25)
     document = result.to_dict()

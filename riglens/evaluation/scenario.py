@@ -20,7 +20,7 @@ from riglens.core.scene.survey import FEWEST_BOXES, LARGEST_SPREAD_M, Advice, do
 from riglens.core.study.edge_search import search_edge
 from riglens.core.study.voxel_choice import VoxelChoice
 from riglens.evaluation.known_body import with_known_body
-from riglens.evaluation.options import DEFAULT_TOLERANCE_PP, SceneOptions, ScoreOptions
+from riglens.evaluation.options import DEFAULT_TOLERANCE_PP, READING, SceneOptions, ScoreOptions
 
 SHOWN_UNMAPPED = 5
 BUNDLED_NAME = "bundled scenario town"
@@ -59,8 +59,7 @@ def source_of(options: SceneOptions) -> Source:
 
 def _said_of_boxes(options: SceneOptions) -> list[str]:
     """Return the options given that name or describe a box data set."""
-    names = ("boxes", "origin_m", "frames", "classes", "find_ground")
-    return [name for name in names if getattr(options, name) not in (None, (), False)]
+    return [name for name in ("boxes", *READING) if getattr(options, name) not in (None, (), False)]
 
 
 def boxes_of(options: SceneOptions, paths: Sequence[Path]) -> Source:
