@@ -25,7 +25,6 @@ from riglens.app.terminal.console import TERMINAL, note, progress_bar, results
 from riglens.app.terminal.tables import table
 from riglens.core.pieces.backend import Backend
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.scene.pog import Pog
 from riglens.core.scene.statistics import RINGS_M, SECTORS
 from riglens.core.scene.survey import Survey
 from riglens.core.shown_text import visible
@@ -64,10 +63,6 @@ def build(
         Processes that build parts at the same time (as many as cores, parts and memory allow).
     """
     pog = build_file(boxes, out, scene, Backend(workers, dask), TERMINAL)
-    _print_pog(pog, out)
-
-
-def _print_pog(pog: Pog, out: Path) -> None:
     console = results(out)
     console.print(data_line(pog.data, pog.data.short_source), soft_wrap=True)
     console.print(f"{out}: {pog.index.count:,} occupied voxels of {pog.grid.voxel_m:g} m", soft_wrap=True)

@@ -19,7 +19,7 @@ from riglens.core.figures.registry import object_figures
 from riglens.core.files import atomic_write
 from riglens.core.metric.scores import common_body
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.sensors.registry import AnyKind, further_kinds, kind_of
+from riglens.core.sensors.registry import further_kinds, kind_of
 from riglens.core.shown_text import visible
 from riglens.core.shown_values import NONE
 from riglens.core.targets.counts import Counted
@@ -111,9 +111,10 @@ def _explanation(every: Sequence[Counted], wanted: Sequence[ObjectFigure]) -> It
             yield f"{_heading_of(figure)}: by this detector: {visible(calibration.detector)}."
         elif not figure.leads:
             yield f"{_heading_of(figure)}: {figure.tip}"
+    further = further_kinds(kind for one in every for kind in one.objects.returns)
     yield (
         f"An object is detected by {first.settings.min_points} LiDAR points, or half of it in a picture"
-        f"{''.join(f', or {k.hits.threshold:g} {k.hits.label} of {k.plural}' for k in _further(every))}."
+        f"{''.join(f', or {k.hits.threshold:g} {k.hits.label} of {k.plural}' for k in further)}."
     )
     if recall := first.settings.recall:
         for one in every:
@@ -158,10 +159,6 @@ def _table(
             table.add_row(Text(f"    {title}", "dim"), *_cells(part, wanted))
         table.add_section()
     return table
-
-
-def _further(every: Sequence[Counted]) -> tuple[AnyKind, ...]:
-    return further_kinds(kind for one in every for kind in one.objects.returns)
 
 
 def _heading_of(figure: ObjectFigure) -> str:

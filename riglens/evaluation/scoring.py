@@ -161,9 +161,11 @@ class Scoring:
 
     def approximate(self, request: EvaluationRequest, cancel: Cancel) -> Approximation | None:
         """Return a coarse result; None when there is nothing to estimate it from."""
-        settings = with_known_body(request.settings, request.rig)
-        coarse = self.scene.coarse
-        if coarse is None or self._known is None or not _same_sets(self._known[0], settings):
+        settings, coarse = with_known_body(request.settings, request.rig), self.scene.coarse
+        if coarse is None or self._known is None:
+            return None
+        known = self._known[0]  # reading and weight only add up the same voxels in other ways
+        if (known.method, known.body) != (settings.method, settings.body):
             return None
         found = self._evaluate_coarse(request.rig, request.settings, cancel)
         scores = estimated(found.scores, *self._known[1:], request.settings)
@@ -193,11 +195,6 @@ class Scoring:
     def has_learnt(self) -> bool:
         """Return whether there is an exact answer from which coarse ones can be estimated."""
         return self._known is not None
-
-
-def _same_sets(one: MetricSettings, other: MetricSettings) -> bool:
-    """Return whether both settings see the same voxels; reading and weight only add them up in other ways."""
-    return (one.method, one.body) == (other.method, other.body)
 
 
 class VoxelReporter:
