@@ -152,7 +152,7 @@ def test_a_correlation_is_written_with_its_interval() -> None:
 def refused(riglens: object, *words: object) -> str:
     result = riglens("study", "detection", *words)  # type: ignore[operator]
     assert result.code == 2
-    lines = result.err.strip().splitlines()
+    lines = [line for line in result.err.strip().splitlines() if not line.startswith("note: ")]
     assert len(lines) == 1, lines
     return str(lines[0])
 
