@@ -12,12 +12,10 @@ from riglens.core.footprint.document import footprints_document, footprints_of, 
 from riglens.core.footprint.ground import EN_62676_4, Footprint
 from riglens.core.footprint.ground import footprint as footprint_of
 from riglens.core.metric.scores import Body, Method
-from riglens.core.review.documents import mounts_review_document, tolerance_document
-from riglens.core.review.measures import Measures
+from riglens.core.review.documents import mounts_review_document
 from riglens.core.review.mounts import USUAL_LIMITS, mounts_of, violations
 from riglens.core.review.profiles import profiles_in
-from riglens.core.review.tolerance import SAMPLE_FRAMES, profile_called
-from riglens.core.review.tolerance import tolerance as tolerance_of
+from riglens.core.review.tolerance import SAMPLE_FRAMES
 from riglens.core.rig.edits import damaged as damaged_rig
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.boxes import Progress
@@ -25,7 +23,6 @@ from riglens.core.targets.detection_range import RangePlan, around
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import Traffic
 from riglens.evaluation.options import ScoreOptions
-from riglens.evaluation.scenario import settings_of
 from riglens.results import (
     BlindResult,
     CheckResult,
@@ -170,12 +167,14 @@ def tolerance(
     sensitivities
         Also find what each error does on its own.
     """
-    profile = profile_called(errors)
+    from riglens.jobs.reviewing import drawn
+
     options = ScoreOptions(method, threads=threads, body=body)
     rig = with_blocking_mesh(rig, options.body_of(rig), mesh_folder)
-    measure = Measures(scene.field, traffic, settings_of(options), sample, threads, designed=rig)
-    found = tolerance_of(rig, profile, measure, draws, seed, sensitivities, progress)
-    return ToleranceResult(tolerance_document(found, options.body_of(rig), measure), found)
+    found, document = drawn(
+        rig, scene.field, traffic, options, errors, draws, seed, sample, sensitivities, progress
+    )
+    return ToleranceResult(document, found)
 
 
 def mounts(rig: Rig, *, mesh_folder: StrPath = ".") -> MountsResult:

@@ -26,7 +26,7 @@ from riglens.app.commands.options import (
 )
 from riglens.app.commands.output import Part, deliver, require_outputs
 from riglens.app.commands.redundancy import RedundancyArguments, print_redundancy
-from riglens.app.commands.tolerance import ToleranceArguments, drawn, print_tolerance
+from riglens.app.commands.tolerance import ToleranceArguments, print_tolerance
 from riglens.app.terminal.console import TERMINAL, note, progress_bar, results
 from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic
 from riglens.core.engine.audit import audit as audit_rig
@@ -44,7 +44,7 @@ from riglens.core.targets.detection_range_table import range_document
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import WITHIN_M, Traffic
 from riglens.evaluation.options import SceneOptions, ScoreOptions
-from riglens.jobs.reviewing import detection_range, redundancy_of
+from riglens.jobs.reviewing import detection_range, drawn, redundancy_of
 
 REVIEW = Group("Review", sort_key=5)
 
@@ -170,7 +170,11 @@ class Review:
         """Draw errors and find how figures spread."""
         asked = self.tolerance_options
         traffic = self.traffic if asked.sample else None
-        found, document = drawn(self.rig, self.field, traffic, self.score, asked)
+        with progress_bar("Drawing errors") as progress:
+            found, document = drawn(
+                self.rig, self.field, traffic, self.score, asked.errors, asked.draws, asked.seed, asked.sample,
+                asked.sensitivities, progress,
+            )  # fmt: skip
         asked.write(found)
         return document, lambda: print_tolerance(found, document["body"])
 

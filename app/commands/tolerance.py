@@ -4,21 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from cyclopts import Group, Parameter
 from rich.table import Table
 from rich.text import Text
 
 from riglens.app.commands.options import number
-from riglens.app.terminal.console import progress_bar, results
+from riglens.app.terminal.console import results
 from riglens.app.terminal.tables import table
 from riglens.core.errors import InputError
 from riglens.core.figures.registry import tolerated_figures
 from riglens.core.files import write_file
-from riglens.core.metric.entropy import EntropyField
-from riglens.core.review.documents import tolerance_document
-from riglens.core.review.measures import Measures, measured_name
+from riglens.core.review.measures import measured_name
 from riglens.core.review.tolerance import (
     SAMPLE_FRAMES,
     Sensitivity,
@@ -28,14 +26,9 @@ from riglens.core.review.tolerance import (
     require_draws,
     worst_rig,
 )
-from riglens.core.review.tolerance import tolerance as tolerance_of
-from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.file import dumps
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.shown_text import visible
-from riglens.core.targets.traffic import Traffic
-from riglens.evaluation.options import ScoreOptions
-from riglens.evaluation.scenario import settings_of
 
 DRAWING = Group("Tolerance", sort_key=9)
 SHOWN = 10
@@ -77,22 +70,6 @@ class ToleranceArguments:
         """Write the rig of the worst draw, if a file for it was named."""
         if self.worst is not None:
             write_file(self.worst, dumps(worst_rig(found, self.worst_by)))
-
-
-def drawn(
-    rig: Rig,
-    field: EntropyField,
-    traffic: Traffic | None,
-    score: ScoreOptions,
-    asked: ToleranceArguments,
-) -> tuple[ToleranceResult, dict[str, Any]]:
-    """Draw errors of a rig; return how its figures spread, also as plain data."""
-    with progress_bar("Drawing errors") as progress:
-        measure = Measures(field, traffic, settings_of(score), asked.sample, score.threads, designed=rig)
-        found = tolerance_of(
-            rig, profile_called(asked.errors), measure, asked.draws, asked.seed, asked.sensitivities, progress
-        )
-    return found, tolerance_document(found, score.body_of(rig), measure)
 
 
 def print_tolerance(found: ToleranceResult, body: str) -> None:

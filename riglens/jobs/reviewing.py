@@ -15,12 +15,15 @@ from riglens.core.figures.evaluated import EvaluationSettings, Evaluator
 from riglens.core.kernels.runtime import jit
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.monitor import Monitor
-from riglens.core.review.documents import coverage_document
+from riglens.core.review.documents import coverage_document, tolerance_document
+from riglens.core.review.measures import Measures
 from riglens.core.review.profiles import Profile
 from riglens.core.review.redundancy import NO_EVIDENCE, Coverage, coverage_of
+from riglens.core.review.tolerance import ToleranceResult, profile_called, tolerance
 from riglens.core.review.verdicts import ProfileVerdict, verdicts
 from riglens.core.rig.model import FORMAT_VERSION, Rig
 from riglens.core.rig.yaml.file import identity_of
+from riglens.core.scene.boxes import Progress
 from riglens.core.targets.detection_range import DetectionRange, RangePlan
 from riglens.core.targets.detection_range_making import detection_range_of
 from riglens.core.targets.engine import warm_up
@@ -91,3 +94,22 @@ def redundancy_of(
         with monitor.stage("Counting objects"):
             targets = coverage_of(evaluate, rig, "objects", halves)
     return Redundancy(rig, score.body_of(rig), field, voxels, targets, counting.min_points)
+
+
+def drawn(
+    rig: Rig,
+    field: EntropyField,
+    traffic: Traffic | None,
+    score: ScoreOptions,
+    errors: str,
+    draws: int,
+    seed: int,
+    sample: int,
+    sensitivities: bool,
+    progress: Progress | None = None,
+) -> tuple[ToleranceResult, dict[str, Any]]:
+    """Draw errors of a rig of the profile called `errors`; return how its figures spread, also as plain data. Objects
+    are counted in `sample` frames."""
+    measure = Measures(field, traffic, settings_of(score), sample, score.threads, designed=rig)
+    found = tolerance(rig, profile_called(errors), measure, draws, seed, sensitivities, progress)
+    return found, tolerance_document(found, score.body_of(rig), measure)
