@@ -224,9 +224,9 @@ def more_of(evaluator: Evaluator) -> float:
 def test_a_search_improves_it_without_a_bound(traffic: Traffic, evaluator: Evaluator) -> None:
     added = Additions(("generic-16",), mirrored=False, spots_m=1.2, tilts_deg=(0.0,))
     assert "made_up" in get_args(fields_of(("objective",))["objective"].annotation)
-    options = SearchOptions(("generic-16",), objective="made_up", frames=5)
+    options = SearchOptions(("generic-16",), objective="made_up", frames=5, held_out=6)
     cars_alone = Weights({"bicycle": 0.0, "pedestrian": 0.0})
-    problem = replace(options.problem(RIG, traffic, added, held_out=6), weights=cars_alone)
+    problem = replace(options.problem(RIG, traffic, added), weights=cars_alone)
     found = finished(problem, 1)
     assert found.bound is None and found.to_dict()["bound"] == {"value": None, "kind": "none", "gap": None}
     assert "without a bound" in found.sentence() and found.best.guard[0].case == "held-out frames"
