@@ -107,7 +107,7 @@ def _print(checks: Sequence[RigCheck], required: Requirements, day: date) -> Non
         counts = f"{counted(len(check.verdicts), 'requirement')}, {unmet} not met"
         counts += f", {waived} waived" * bool(waived)
         console.print(Text(f"{visible(check.title)}: {counts}; body {check.body}"))
-        console.print(Text(check.settings_text), style="dim", soft_wrap=True)
+        console.print(Text(f"Settings: {check.settings_text}"), style="dim", soft_wrap=True)
         console.print(_table(check.verdicts, day))
     if required.losses or required.covered:
         console.print("Redundancy is a count of views, not evidence of a safety integrity level (ASIL).")

@@ -125,8 +125,11 @@ def settings_text(settings: Mapping[str, Any]) -> str:
     if data is not None:
         digest = f"SHA-256 {data['sha256'][:12] or 'unknown'}"
         parts.append(f"data {data['source']}, {data['frames']:,} frames, {digest}")
-    parts.append(f"columns of the ground of {size_text(settings['blind_voxel_m'])}")
-    parts.append(f"at least {counted(settings['min_points'], 'point')}; seed {settings['seed']}")
+    points = counted(settings["min_points"], "point")
+    parts.append(
+        f"ground in columns of {size_text(settings['blind_voxel_m'])}; {points} on a detected object"
+    )
+    parts.append(f"seed {settings['seed']}")
     return "; ".join(parts)
 
 
