@@ -100,7 +100,7 @@ def test_impossible_mounts_are_named_where_no_requirement_judges_them(riglens, s
     assert found.code == 1 and "below the ground: roof" in found.out and "roof: below the ground" in found.err
     mounts = required(tmp_path, area + "mounts: {}\n")
     found = riglens("check", small_rig, "--requirements", mounts)
-    assert found.code == 1 and "below the ground" in found.out and "below the ground" not in found.err
+    assert found.code == 1 and "below the ground" in found.out and "roof: below the ground" not in found.err
 
 
 def test_several_rigs_are_checked_each_with_hashes_of_all_that_counts(riglens, tmp_path):
