@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
+from pathlib import Path
 
 from PySide6.QtCore import QObject
 
@@ -14,6 +16,8 @@ from riglens.core.errors import InputError
 from riglens.rendering.display import prepare_drawing
 
 WORK = "riglens.app.background.picture_process:main"
+SET_WORK = "riglens.app.background.picture_process:main_set"
+_POLL_S = 0.2
 
 
 @dataclass(frozen=True)
@@ -65,7 +69,36 @@ class PictureMaker(BackgroundWorker[PictureJob, bytes]):
         return png
 
 
+def drawn_set(
+    state: object, folder: Path, size_px: tuple[int, int], progress: Callable[[float], object]
+) -> int:
+    """Write the set of pictures of a scene state in a process of its own; return the number of files.
+
+    `progress` is called again and again, and may raise to cancel.
+    """
+    process = OwnProcess(SET_WORK)
+    try:
+        process.pipe.send((state, folder, size_px))
+        while not process.pipe.poll(_POLL_S):
+            progress(0.0)
+        count: int = process.receive()
+    except (EOFError, OSError) as error:
+        raise InputError("the drawing process exited without a result") from error
+    finally:
+        process.end()
+    return count
+
+
 # ---------------------------------------------------------------------- in the process
+def main_set(pipe: Connection) -> None:
+    """Write one set of pictures."""
+    prepare_drawing()
+    from riglens.rendering.picture_set import write_set
+
+    state, folder, size_px = pipe.recv()
+    pipe.send(len(write_set(state, folder, size_px)))
+
+
 def _draw(job: PictureJob) -> bytes:
     from riglens.widgets.viewport.scene_state import SceneState
     from riglens.widgets.viewport.still import png_of, render_still

@@ -11,7 +11,6 @@ from cyclopts import Parameter
 
 from riglens.app.commands.options import (
     BodyArguments,
-    Out,
     RigArguments,
     RigName,
     SceneArguments,
@@ -31,6 +30,7 @@ from riglens.evaluation.loading import with_choice
 from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.evaluation.scenario import settings_of
 from riglens.rendering.display import prepare_drawing
+from riglens.rendering.picture_set import require_folder, write_set
 from riglens.rendering.render import RenderRequest, as_drawn, draw, drawn_score, scored_state
 from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, RayLook
 
@@ -118,7 +118,8 @@ def render(
     rig: RigName,
     /,
     *,
-    out: Out,
+    out: Annotated[Path | None, Parameter(metavar="FILE")] = None,
+    set_folder: Annotated[Path | None, Parameter(name="--set", metavar="DIR")] = None,
     look: PictureArguments = PictureArguments(),
     scene: SceneArguments = SceneOptions(),
     score: BodyArguments = ScoreOptions(),
@@ -130,16 +131,24 @@ def render(
     ----------
     out
         The picture (.png).
+    set_folder
+        Write a set of pictures for a report into a folder instead: from all sides, footprints, blind zones and each
+        camera's view, as PNG and SVG with transparent ground, and their captions.
     """
     use_libraries(reading.libraries)
-    picture = look.picture(out)
+    if (out is None) == (set_folder is None):
+        raise InputError("specify exactly one of --out and --set")
+    picture = look.picture(Path("picture.png") if out is None else out)
     is_of_objects = picture.heat_map is not None and picture.heat_map.needs == "objects"
     if is_of_objects and scene.pog is not None:
         raise InputError(
             f"holds no objects, which {picture.heat} shows: leave it out, or choose another", "pog", "heatmap"
         )
     prepare_drawing()
-    require_writable(out)
+    if out is not None:
+        require_writable(out)
+    if set_folder is not None:
+        require_folder(set_folder)
     opened = with_choice(load_rig(rig), reading.housings)
     baseline = load_rig(picture.baseline) if picture.baseline is not None else None
     opened = as_drawn(opened, Path(rig).parent, note)
@@ -147,6 +156,11 @@ def render(
     pog, field = load_scene(scene, [opened], score)
     traffic = load_traffic(scene, WITHIN_M) if is_of_objects else None
     drawn = scored_state(opened, pog, field, picture, baseline, settings_of(score), traffic, TERMINAL)
+    if set_folder is not None:
+        written = write_set(drawn, set_folder, picture.size_px, picture.scale, TERMINAL)
+        results().print(f"{set_folder}: {len(written)} files", soft_wrap=True)
+        return
+    assert out is not None
     draw(drawn, picture, TERMINAL)
     width, height = (side * picture.scale for side in picture.size_px)
     results(out).print(f"{out}: {width} x {height} pixels", soft_wrap=True)

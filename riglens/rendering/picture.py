@@ -80,7 +80,7 @@ def score_rows(found: Findings) -> tuple[tuple[str, ...], ...]:
     known = {**values_of_scores(found.scores), **found.objects}
     shown = [figure for figure in leading_figures() if figure.key in known]
     heads = (f"{one.title}, {UNITS[one.unit]}" if one.unit == "nat" else one.title for one in shown)
-    rows: list[tuple[str, ...]] = [(f"body {found.settings.body}", *heads)]
+    rows: list[tuple[str, ...]] = [(f"body {found.settings.body or found.rig.body}", *heads)]
     rows += [(cls, *(estimate_text(one, known[one.key][cls]) for one in shown)) for cls in CLASSES]
     return tuple(rows)
 

@@ -38,6 +38,8 @@ def render_still(
     try:
         plotter.show(auto_close=False)
         image = np.asarray(plotter.screenshot(None, transparent_background=transparent, return_img=True))
+        if transparent:
+            image = _unmixed(image)
         if path is not None:
             write_png(image, path)
         return image
@@ -69,11 +71,19 @@ def staged(
             scene.set_view(view, wide=not state.heat_look.draped and state.heatmap is not None)
         if transparent:
             plotter.renderer.GradientBackgroundOff()
+            plotter.renderer.SetBackground(0.0, 0.0, 0.0)
         scene.prepare()
     except BaseException:
         plotter.close()
         raise
     return plotter
+
+
+def _unmixed(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return pixels (h, w, 4) drawn over black with the colours that they have over any background."""
+    alpha = np.maximum(image[..., 3:].astype(np.float64), 1.0) / 255.0
+    colours = np.clip(np.round(image[..., :3] / alpha), 0, 255).astype(np.uint8)
+    return np.concatenate([colours, image[..., 3:]], axis=-1)
 
 
 def png_of(image: NDArray[np.uint8]) -> bytes:

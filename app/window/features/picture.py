@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
 from PySide6.QtGui import QGuiApplication, QImage
 
-from riglens.app.background.picture_process import PictureJob, PictureMaker
+from riglens.app.background.picture_process import PictureJob, PictureMaker, drawn_set
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.files import beside_rig
 from riglens.app.window.features.targets import Targets
 from riglens.app.window.settings import Settings
+from riglens.app.window.status import TOLD_MS
 from riglens.app.window.workbench import Workbench
 from riglens.core.figures.values import Values
 from riglens.core.files import write_file
@@ -22,6 +24,7 @@ from riglens.rendering.picture import Findings, PictureWords, with_words
 from riglens.widgets.panels.dialogs.picture import PictureDialog
 from riglens.widgets.theme import LIGHT, palette
 
+SET_PX = (1600, 1000)
 Purpose = Literal["preview", "copy"] | Path
 
 
@@ -33,6 +36,11 @@ class Picture(Feature):
             "screenshot", "Picture…", "Save the 3D view as a PNG picture, or copy it.", "F12", "screenshot",
             "file/export", "picture",
         ),
+        Spec(
+            "picture_set", "Picture set…",
+            "Export the car from all sides, footprints, blind zones and camera views as PNG and SVG, with captions.",
+            menu="file/export",
+        ),
     )  # fmt: skip
 
     def __init__(self, bench: Workbench, targets: Targets) -> None:
@@ -42,7 +50,7 @@ class Picture(Feature):
         self._options: dict[str, bool] = {}
         self._scale = 1
         self.maker = PictureMaker(self)
-        self.bind(screenshot=self.open)
+        self.bind(screenshot=self.open, picture_set=self.export_set)
         self.serve(self.maker, self._on_made, self._on_failed)
         bench.closing.connect(self._on_closed)
 
@@ -88,6 +96,23 @@ class Picture(Feature):
         self.dialog = dialog
         dialog.open()
         self._preview()
+
+    def export_set(self) -> None:
+        """Ask for a folder, and write the set of pictures into it."""
+        suggestion = beside_rig(self.document, f"{self.document.rig.name} pictures", "")
+        folder = self.bench.dialogs.export_rig(self.bench.window, suggestion, "Export picture set", True)
+        if folder is None:
+            return
+        state = self.viewport.state
+
+        def write(progress: Callable[[float], object]) -> int:
+            return drawn_set(state, folder, SET_PX, progress)
+
+        self.bench.tasks.run(
+            "Drawing the picture set",
+            write,
+            lambda count: self.bench.status.showMessage(f"{count} files written to {folder}", TOLD_MS),
+        )
 
     def _counted(self) -> Values:
         """Return the figures of objects of the rig, once all frames are counted."""
