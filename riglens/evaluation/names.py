@@ -15,10 +15,17 @@ _OPTIONS = {
 }
 """Options that are not called like their field without its unit."""
 _LABELS = {
+    "beyond_m": "Maximum overhang",
+    "blind_m": "Blind to height",
     "camera_weight": "λ",
+    "count": "Pairs to add",
     "find_ground": "Put the ground at z = 0",
+    "lowest_m": "Minimum height",
     "origin_m": "Origin",
     "roi_m": "Region",
+    "singles": "Single sensors instead",
+    "spacing_m": "Minimum distance",
+    "spots_m": "Mount spacing",
     "tolerance_pp": "Tolerance",
 }
 

@@ -59,8 +59,6 @@ if TYPE_CHECKING:  # loads the compiler
 DOCK = "Propose"
 STOP_MS = 400
 """A search that has not ended by then after Stop is ended with its process."""
-LEAST_PX = 250
-"""Height of the dock in which the panel need not scroll."""
 NO_DATA = "no box data are loaded: choose some in the Scene panel"
 NO_BOXES = "a stored POG holds no objects: load the box data set to search"
 CHANGED = "The rig has been edited since."
@@ -133,7 +131,7 @@ class Propose(Feature):
         self.result: OptimiseResult | None = None
         """The result that is shown; its traffic stays in the process."""
         self._asked: ProposalRequest | None = None
-        self._is_running, self._was_seen, self._number = False, False, 0
+        self._is_running, self._number = False, 0
         self._history: list[Bracket] = []
         self._offers: dict[str, Offer] = {}
         self._kept: list[KeptSearch] = []
@@ -167,12 +165,8 @@ class Propose(Feature):
         bench.closing.connect(self.proposer.end)
         self.remember("propose/options", lambda: asdict(panel.options), self._take_options)
 
-    def _turn(self, is_seen: bool) -> None:
-        """Give the panel room when it is first seen; show no ghosts while it is not."""
-        dock = self.bench.docks[DOCK]
-        if is_seen and not self._was_seen and dock.height() < LEAST_PX:
-            self.bench.window.resizeDocks([dock], [LEAST_PX], Qt.Orientation.Vertical)
-        self._was_seen |= is_seen
+    def _turn(self, _: bool) -> None:
+        """Show no ghosts until the mouse is over an offer again."""
         self._show_ghosts("")
 
     def _take_options(self, kept: dict[str, Any]) -> None:

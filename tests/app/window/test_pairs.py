@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QPushButton
+from PySide6.QtWidgets import QApplication, QPushButton
 
 from riglens.core.rig.edits import mirrored_pose, partner_of
+from riglens.widgets.panels.fields.edits import NumberEdit
 from riglens.widgets.panels.sensors.rows import NAME
 from tests.app.window.desk import FullDesk
 from tests.app.window_bench import CAMERA, LIDAR, RIG
@@ -51,8 +52,13 @@ def test_the_inspector_names_the_other_and_unlinks_by_a_button(bench: FullDesk) 
     bench.workbench.window.show()
     bench.document.select("CAM_FL")
     assert unlink_button(bench).isHidden() or not unlink_button(bench).isVisible()
+    window = bench.workbench.window
+    edit = next(e for e in window.findChildren(NumberEdit) if e.accessibleName() == "x" and e.isVisible())
+    before = edit.mapTo(window, QPoint(0, 0))
     bench.act("mirror")
     assert unlink_button(bench).isVisible()
+    QApplication.processEvents()
+    assert edit.mapTo(window, QPoint(0, 0)) == before, "no field moves under the mouse"
     QTest.mouseClick(unlink_button(bench), Qt.MouseButton.LeftButton)
     assert partner_of(bench.document.rig, "CAM_FR") is None
     assert not unlink_button(bench).isVisible()

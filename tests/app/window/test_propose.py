@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPointF, Qt
+from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
@@ -188,6 +188,12 @@ def test_a_proposal_is_seen_compared_applied_and_undone(desk: FullDesk, result: 
     rows = len(desk.features.compare.rows)
     QTest.mouseClick(table.viewport(), Qt.MouseButton.LeftButton, pos=at)
     assert len(desk.features.compare.rows) == rows, "listed once"
+    propose.panel.select("")
+    assert not propose.panel.apply.isEnabled()
+    titles = table.verticalHeader()
+    on_title = QPoint(10, titles.sectionViewportPosition(2) + 5)
+    QTest.mouseClick(titles.viewport(), Qt.MouseButton.LeftButton, pos=on_title)
+    assert propose.panel.apply.isEnabled(), "a click on the title of a row chooses it, too"
     desk.qtbot.mouseClick(propose.panel.apply, Qt.MouseButton.LeftButton)
     assert desk.document.rig.sensors == (*before.sensors, *added), "names keep their draws"
     assert "edited since" in propose.panel.sentence.text()

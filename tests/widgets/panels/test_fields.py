@@ -5,8 +5,8 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
-from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QWheelEvent
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
+from PySide6.QtGui import QKeyEvent, QWheelEvent
 from PySide6.QtWidgets import QApplication, QLineEdit, QVBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
@@ -121,6 +121,13 @@ class Field:
             middle, self.edit.mapToGlobal(middle), QPoint(), QPoint(0, delta), Qt.MouseButton.NoButton,
             modifiers, Qt.ScrollPhase.NoScrollPhase, False,
         )  # fmt: skip
+        QApplication.sendEvent(self.edit, event)
+        return event.isAccepted()
+
+    def ask(self, text: str) -> bool:
+        """Return whether the field takes a key for itself that the window may have a shortcut for."""
+        event = QKeyEvent(QEvent.Type.ShortcutOverride, Qt.Key.Key_A, Qt.KeyboardModifier.NoModifier, text)
+        event.ignore()
         QApplication.sendEvent(self.edit, event)
         return event.isAccepted()
 
@@ -240,3 +247,7 @@ def test_a_field_of_several_values_shows_their_span_and_changes_each(field: Fiel
     assert "ambiguous" in field.edit.toolTip()
     plus, minus, all_of_them = found
     assert (plus.of(2.0), minus.of(-0.5), all_of_them) == (2.5, -1.5, 3.0)
+
+
+def test_a_question_mark_is_left_to_the_help_and_digits_are_the_field_s(field: Field) -> None:
+    assert field.ask("7") and not field.ask("?")

@@ -344,6 +344,14 @@ class NumberEdit(ValueEdit[float | None]):
         shown = self._value * self._unit.per_base + steps * self._step * self._unit.step
         self.edited.emit(round(shown, 9) / self._unit.per_base)
 
+    def event(self, event: QEvent) -> bool:
+        """Leave the key of the help to the window: no number has a question mark."""
+        is_key = isinstance(event, QKeyEvent) and event.type() == QEvent.Type.ShortcutOverride
+        if is_key and event.text() == "?":
+            event.ignore()
+            return False
+        return super().event(event)
+
     def keyPressEvent(self, event: QKeyEvent) -> None:
         steps = {Qt.Key.Key_Up: 1, Qt.Key.Key_Down: -1}.get(Qt.Key(event.key()), 0)
         if steps:

@@ -162,13 +162,19 @@ class PairLine(QWidget):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._name = plain_label(wraps=True)
-        mark = QLabel()
+        self._mark = mark = QLabel()
         mark.setPixmap(icon("link", LINKED_COLOUR).pixmap(16, 16))
         tip = "Unlink the two sensors (Ctrl+Shift+M)."
         self.unlink = button(QPushButton("Unlink"), tip=tip, name="unlink_pair")
         filled(QHBoxLayout(self), mark, self._name, 1, self.unlink)
 
     def show_partner(self, name: str | None) -> None:
-        """Show the name of the other sensor."""
-        self._name.setText(breakable(name or ""))
+        """Show the name of the other sensor; without one the line keeps its place, or what is below would move."""
+        self._name.setText(breakable(name or "none"))
+        self._name.setEnabled(name is not None)
+        for part in (self._mark, self.unlink):
+            keeps = part.sizePolicy()
+            keeps.setRetainSizeWhenHidden(True)
+            part.setSizePolicy(keeps)
+            part.setVisible(name is not None)
         self.setToolTip("" if name is None else plain_tip(pair_note(name)))

@@ -114,13 +114,12 @@ class SensorForm(Form):
         """Add the row of the mirror pair."""
         self._pair = PairLine()
         self._pair.unlink.clicked.connect(self.unlink_wanted)
-        self._pair_row = self.add_row("Mirror pair", [self._pair])
+        self.add_row("Mirror pair", [self._pair])
         self.set_partner(None)
 
     def set_partner(self, name: str | None) -> None:
         """Set the other sensor of the mirror pair, None without one."""
         self._pair.show_partner(name)
-        self.show_row(self._pair_row, name is not None)
 
     def _write_name(self, sensor: Sensor, name: str) -> Sensor:
         if name in self._taken:
