@@ -191,6 +191,7 @@ def as_drawn(rig: Rig, folder: Path, tell: Callable[[str], object]) -> Rig:
 
 def rig_state(rig: Rig, theme: Theme) -> SceneState:
     """Return what is drawn of a rig without a scene: its surroundings of a few metres."""
+    from riglens.widgets.heatmap.scale import USUAL_LOOK
     from riglens.widgets.theme import palette
     from riglens.widgets.viewport.scene_state import SceneState
 
@@ -203,7 +204,7 @@ def rig_state(rig: Rig, theme: Theme) -> SceneState:
     return SceneState(
         vehicle=vehicle, rig=rig, masts=_masts(rig), grid=VoxelGrid(1.0, near_m),
         solid_body=None if vehicle.lacks_mesh or rig.body == "ignored" else vehicle,
-        palette=palette(theme == "dark"), show_gizmo=False, show_selection=False,
+        palette=palette(theme == "dark"), show_gizmo=False, show_selection=False, heat_look=USUAL_LOOK,
     )  # fmt: skip
 
 

@@ -41,6 +41,8 @@ _BODY_PX = 34.0
 """A sensor whose body is larger than that needs no dot."""
 _ASIDE_DEG = 100.0
 """Bearing of the labels of the rings from the viewer's, where nothing else is."""
+_OFF_GIZMO_PX = 118
+"""Distance of the name of a sensor from its handles' middle, which the name must not cover."""
 _RIMS = ("#10141a", "#ffffff")
 
 
@@ -181,7 +183,10 @@ def _names(state: SceneState, hovered: str | None, size: Size, unit: float) -> I
         (x, y, depth) = state.camera.project(np.array([sensor.position]), size)[0].tolist()
         half = 0.5 * _width_px(sensor.name, True, round(_NAME_PX * unit))
         if depth > 0.0:
-            high, low = y - 30 * unit, y + 30 * unit
+            away = (
+                _OFF_GIZMO_PX if state.gizmo_pose is not None and sensor.name == state.selected else 30
+            ) * unit
+            high, low = y - away, y + away
             places = tuple((x + side * (half + 14 * unit), at) for at in (high, low) for side in (-1, 1))
             yield Word(sensor.name, ((x, high), *places), _NAME_PX, is_bold=True)
 
