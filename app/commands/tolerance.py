@@ -50,9 +50,9 @@ class ToleranceArguments:
     sensitivities: Annotated[bool, Parameter(group=DRAWING, negative="--no-sensitivities")] = True
     """Also report the effect of each error on its own."""
     worst: Annotated[Path | None, Parameter(group=DRAWING, metavar="FILE.yaml")] = None
-    """Also write the rig of the worst draw, to compare it with the rig as designed."""
+    """Also write the rig of the worst case, to compare it with the rig as designed."""
     worst_by: Annotated[str, Parameter(group=DRAWING, metavar="NAME")] = "seen car"
-    """Figure by which the worst draw is chosen, such as "seen car" or "on_target pedestrian"."""
+    """Figure by which the worst case is chosen, such as "seen car" or "on_target pedestrian"."""
 
     def __post_init__(self) -> None:
         require_draws(self.draws, self.seed, 1)
@@ -67,7 +67,7 @@ class ToleranceArguments:
         return {"worst": self.worst}
 
     def write(self, found: ToleranceResult) -> None:
-        """Write the rig of the worst draw, if a file for it was named."""
+        """Write the rig of the worst case, if a file for it was named."""
         if self.worst is not None:
             write_file(self.worst, dumps(worst_rig(found, self.worst_by)))
 

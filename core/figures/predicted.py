@@ -92,4 +92,4 @@ def of_100(found: Mapping[str, tuple[float, float]], region: str) -> str:
         f"{name} {100.0 * value:.0f} ± {max(100.0 * error, 1.0):.0f}"
         for name, (value, error) in found.items()
     )
-    return text and f"Found of 100 objects {region}: {text}"
+    return text and f"Objects found per 100 {region}: {text}"

@@ -9,7 +9,6 @@ from riglens.core.footprint.detail import DISTANCES_M, MEASURED, PixelsOn, focal
 from riglens.core.footprint.overlap import Overlap
 from riglens.core.rig.model import Camera
 from riglens.core.shown_text import visible
-from riglens.core.targets.detection_range import SIZES_M
 
 
 def pixels_text(found: Sequence[PixelsOn]) -> str:
@@ -26,19 +25,15 @@ def overlap_text(shared: Overlap) -> str:
 def camera_rows(camera: Camera, shared: Sequence[Overlap]) -> list[tuple[str, str]]:
     """Return captions and values of what a camera resolves, and of its neighbours among `shared`."""
     at = " / ".join(f"{distance:g}" for distance in DISTANCES_M)
-    rows = [
-        (f"{cls.capitalize()}, {SIZES_M[cls][2]:g} m", f"{pixels_text(pixels_on(camera, cls))} px at {at} m")
-        for cls in MEASURED
-    ]
+    rows = [("Pixels tall at", f"{at} m")]
+    rows += [(cls.capitalize(), pixels_text(pixels_on(camera, cls))) for cls in MEASURED]
     length_mm, pitch_um = focal_mm(camera), pixel_um(camera)
     known = length_mm is not None and pitch_um is not None
-    rows.append(
-        ("Lens", f"{length_mm:.2f} mm, pixels of {pitch_um:g} µm" if known else "— (pixel size unknown)")
-    )
+    rows.append(("Lens", f"{length_mm:.2f} mm, {pitch_um:g} µm pixels" if known else "— pixel size unknown"))
     sides = [("left", one.left, one) for one in shared if one.right == camera.name]
     sides += [("right", one.right, one) for one in shared if one.left == camera.name]
     texts = (
         f"{side}: {abs(one.overlap_deg):.1f}°{'' if one.overlap_deg >= 0.0 else ' gap'}, {visible(name)}"
         for side, name, one in sides
     )
-    return [*rows, ("Overlap", "\n".join(texts) or "— (no neighbour at the horizon)")]
+    return [*rows, ("Overlap", "\n".join(texts) or "— no neighbour")]

@@ -96,7 +96,7 @@ class Sensor(Frozen):
         tuple[Blocked, ...],
         Field(
             max_length=MAX_BLOCKED,
-            title="Blocked",
+            title="Blocked zones",
             description="sectors without rays: dirt, a sticker, low sun",
         ),
     ] = ()

@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from riglens.core.rig.model import Rig
+from riglens.core.rig.model import Camera, Rig
 from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.drawing.stage import Stage, render_window
+from riglens.widgets.heatmap.scale import HeatLook
 from riglens.widgets.theme import LIGHT
 from riglens.widgets.viewport.drawn_scene import DrawnScene
 from riglens.widgets.viewport.ground_map import GroundMap, GroundStep
@@ -281,3 +282,16 @@ def test_the_legend_keeps_its_words_while_a_heatmap_waits(plotter, scene, kept, 
     scene.prepare()
     scene.draw_moving()
     assert scene._words._legend.texts == words
+
+
+def test_a_heatmap_on_the_ground_lies_over_the_footprint_that_is_dragged(plotter, scene):
+    camera = Camera(name="front", position=(0.3, 0.0, 1.5), hfov_deg=90.0, cast=(64, 36))
+    state = replace(
+        STATE, rig=Rig(sensors=(camera, OTHER)), selected="front", heat_look=HeatLook(draped=True),
+        camera=OrbitCamera((6.0, 0.0, 0.0), 20.0, -150.0, 25.0),
+    )  # fmt: skip
+    for step in range(3):
+        state = moved(state, "front", 0.1 * step)
+        scene.show(state)
+        moving, whole = frame(plotter, scene)
+        assert look_alike(moving, whole)

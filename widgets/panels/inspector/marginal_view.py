@@ -80,7 +80,7 @@ class MarginalView(QWidget):
 
 
 def _label(text: str, muted: bool = False) -> QLabel:
-    label = plain_label(text, "hint" if muted else "")
+    label = plain_label(text, "hint" if muted else "", wraps=muted)
     label.setFont(numbers_font(label.font()))
     label.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
     return label

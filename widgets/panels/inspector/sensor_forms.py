@@ -271,7 +271,7 @@ class DerivedRows(QWidget):
                 value.setObjectName(caption)
                 value.setWordWrap(True)
                 self._form.addRow(caption, value)
-            self._values[caption].setText(text)
+            self._values[caption].setText(breakable(text))
 
 
 def _write_model(sensor: Sensor, model: str | None) -> Sensor:
