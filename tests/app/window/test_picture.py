@@ -172,7 +172,7 @@ def test_words_of_a_picture_are_those_of_the_rig_and_its_scores(bench):
     found = Findings(Rig(name="mine"), result.evaluation.scores, result.request.settings, result.scene.field)
     caption = with_words(SceneState(), PictureWords(title=True, scores=True), found).caption
     assert caption.title == "mine" and "0 cameras, 0 LiDARs · δ = 0.5 m" in caption.subtitle
-    head = f"body {result.request.settings.body}"
+    head = f"body {found.rig.body}"
     assert [row[0] for row in caption.table] == [head, "car", "bicycle", "pedestrian"]
     seen = result.evaluation.scores.classes["car"].any_seen
     assert f"{100 * seen:.2f} %" in caption.table[1] and "On target" not in caption.table[0]
