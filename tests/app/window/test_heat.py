@@ -21,7 +21,7 @@ from riglens.core.geometry import Pose
 from riglens.core.scene.columns import unpack
 from riglens.widgets.drawing.camera import ViewRay
 from riglens.widgets.heatmap.pick import PickedCell
-from riglens.widgets.heatmap.scale import DEFAULT_LOOK, HeatLook
+from riglens.widgets.heatmap.scale import USUAL_LOOK, HeatLook
 from riglens.widgets.viewport.offscreen import OffscreenViewport
 from tests.app.window_bench import Bench, open_bench
 from tests.waiting import TIMEOUT_MS, wait_for
@@ -81,7 +81,7 @@ def test_sliders_tell_the_view_at_once_and_ask_for_no_scores(bench: Bench) -> No
     panel.threshold.setValue(100)
     panel.log.setChecked(True)
     panel.opacity.setValue(160)
-    assert bench.viewport.state.heat_look == HeatLook(0.5, True, 0.8)
+    assert bench.viewport.state.heat_look == HeatLook(0.5, True, 0.8, draped=True)
     panel.sliced.setChecked(True)
     panel.bottom.setValue(2)
     assert bench.viewport.state.heat_look.slice_m == (1.0, 1.5)
@@ -92,7 +92,7 @@ def test_sliders_tell_the_view_at_once_and_ask_for_no_scores(bench: Bench) -> No
     reset = panel.findChild(QWidget, "reset_look")
     assert reset is not None
     QTest.mouseClick(reset, Qt.MouseButton.LeftButton)
-    assert bench.viewport.state.heat_look == DEFAULT_LOOK
+    assert bench.viewport.state.heat_look == USUAL_LOOK
 
 
 def test_the_threshold_is_said_in_the_unit_of_the_heatmap(bench: Bench) -> None:

@@ -346,8 +346,8 @@ class NumberEdit(ValueEdit[float | None]):
 
     def event(self, event: QEvent) -> bool:
         """Leave the key of the help to the window: no number has a question mark."""
-        is_key = isinstance(event, QKeyEvent) and event.type() == QEvent.Type.ShortcutOverride
-        if is_key and event.text() == "?":
+        is_asked = event.type() == QEvent.Type.ShortcutOverride
+        if is_asked and isinstance(event, QKeyEvent) and event.text() == "?":
             event.ignore()
             return False
         return super().event(event)
