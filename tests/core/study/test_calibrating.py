@@ -41,9 +41,10 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
             found = results.setdefault(f"s{sequence}/{frame}", [])
             for number in range(EACH):
                 for side, (name, curve) in enumerate(TRUTH.items()):
-                    x, y = 5.0 * number - 20.0, 5.0 + 10.0 * side
+                    x, y = 5.0 * number - 20.0 + 0.1 * frame, 7.5 - 15.0 * side
                     points = int(rng.exponential(15.0))
-                    rows.append((f"s{sequence}", frame, name, x, y, 0.9, 1.0, 1.0, 1.8, 0.0, points))
+                    size = (4.2, 1.8, 1.8) if name == "car" else (1.0, 1.0, 1.8)
+                    rows.append((f"s{sequence}", frame, name, x, y, 0.9, *size, 0.0, points))
                     if rng.random() < curve.at(np.array([float(points)]))[0]:
                         found.append(detection(name, x + rng.normal(0.0, 0.3), y, 0.9))
                     found.append(detection(name, x, y, 0.1))
@@ -200,7 +201,8 @@ def test_results_of_a_nuscenes_folder_are_global(tmp_path: Path) -> None:
             found.append(detection(name.split(".")[1 if name[0] == "v" else 0], x, y, 0.5))
     table.write_text(json.dumps(records), encoding="utf-8")
     (tmp_path / "results.json").write_text(json.dumps({"results": results}), encoding="utf-8")
-    found = rl.calibrate(tmp_path / "results.json", tmp_path / "v1.0-mini")
+    with pytest.warns(rl.RigLensWarning, match="middle car"):  # boxes of any size
+        found = rl.calibrate(tmp_path / "results.json", tmp_path / "v1.0-mini")
     for name in CLASSES:
         curve = found.classes.of(name)
         assert curve is not None and curve.at(np.array([5.0]))[0] < 0.2 < 0.8 < curve.at(np.array([15.0]))[0]
@@ -210,7 +212,7 @@ def test_results_of_a_nuscenes_folder_are_global(tmp_path: Path) -> None:
 def test_a_class_with_fewer_objects_has_no_curve(tmp_path: Path, count: int) -> None:
     """All with 20 points are found, and none of those with 1."""
     places = [(6.0 * (n % 8) - 21.0, 6.0 * (n // 8) - 12.0, 20 if n % 2 else 1) for n in range(count)]
-    rows = [f"s,0,car,{x},{y},0.9,1,1,1.8,0,{points}" for x, y, points in places]
+    rows = [f"s,0,car,{x},{y},0.9,4.2,1.8,1.8,0,{points}" for x, y, points in places]
     boxes, results = tmp_path / "boxes.csv", tmp_path / "results.json"
     boxes.write_text(
         "\n".join(["seq,frame,cls,x,y,z,length,width,height,yaw,num_lidar_pts", *rows, ""]), encoding="utf-8"
