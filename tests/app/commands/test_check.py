@@ -137,7 +137,9 @@ def test_rigs_of_one_name_are_told_apart_in_every_output(riglens, small_rig, tmp
     asked, junit = required(tmp_path, SMALL_FILE), tmp_path / "check.xml"
     words = ("check", small_rig, other, "--requirements", asked, "--junit", junit, "--github")
     found = riglens(*words, "--json", tmp_path / "check.json")
-    titles = [one["title"] for one in json.loads((tmp_path / "check.json").read_text())["rigs"]]
+    titles = [
+        one["title"] for one in json.loads((tmp_path / "check.json").read_text(encoding="utf-8"))["rigs"]
+    ]
     assert len(set(titles)) == 2
     suites = ElementTree.parse(junit).getroot().findall("testsuite")
     cases = [
@@ -153,10 +155,10 @@ def test_every_output_names_grid_data_and_seed(riglens, boxes, tmp_path):
     asked, junit, out = required(tmp_path, text), tmp_path / "check.xml", tmp_path / "check.json"
     words = ("check", "Center", "--requirements", asked, "--boxes", boxes, "--junit", junit, "--json", out)
     found = riglens(*words, "--github")
-    document = json.loads(out.read_text())
+    document = json.loads(out.read_text(encoding="utf-8"))
     data = document["data"]
     assert (document["voxel_m"], document["roi_m"], document["seed"]) == (0.5, [20, 20, 4], 7)
-    assert data["source"] == "boxes.csv" and str(tmp_path) not in out.read_text()
+    assert data["source"] == "boxes.csv" and str(tmp_path) not in out.read_text(encoding="utf-8")
     said = ("0.5 m", "20 × 20 × 4 m", "boxes.csv", data["sha256"][:12], "seed 7")
     (note,) = (line for line in found.out.splitlines() if line.startswith("::error"))
     table = found.out.replace(note, "")

@@ -63,6 +63,6 @@ def test_colours_of_clear_parts_are_those_over_any_background(xvfb):
 
 def test_a_file_in_place_of_the_folder_is_refused(tmp_path):
     file = tmp_path / "file"
-    file.write_text("x")
+    file.write_text("x", encoding="utf-8")
     with pytest.raises(InputError, match="folder"):
         require_folder(file)
