@@ -33,8 +33,8 @@ _WIDEST_DEG = 89.0
 """Azimuths, to either side, up to which sectors are seen on an image plane: tangents grow without bound."""
 _WIDER = 1.0 + 1e-9
 _NOWHERE = {"position": (0.0, 0.0, 0.0), "rpy_deg": (0.0, 0.0, 0.0)}
-_NOTHING, _NO_BLOCKS, _NO_WORDS = np.zeros(0), np.zeros((0, 8)), np.zeros((0, 0), np.uint64)
-_NEVER = np.array([[1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]])
+_NOTHING, _NO_BLOCKS, _NO_WORDS = np.zeros(0), np.zeros((0, 9)), np.zeros((0, 0), np.uint64)
+_NEVER = np.array([[1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]])
 """Blocks of a sensor without any ray: a cone around none."""
 OPAQUE = np.array([0.0, 1.0])
 """Glass that stops all rays of LiDARs, and from which none returns."""
@@ -264,7 +264,7 @@ def class_limits_m(sensor: Sensor) -> Doubles:
 
 def _blocks(directions: Doubles, columns: int) -> Doubles:
     """Return cones around short runs of rays along the rows of a listed lattice, those of each tile of the lattice
-    behind a cone around all of it, (b, 8) as in `kernels.objects.box_frames.Beams`; those without any ray are left
+    behind a cone around all of it, (b, 9) as in `kernels.objects.box_frames.Beams`; those without any ray are left
     out."""
     strip = _TILE_ROWS * columns
     parts = [
@@ -280,7 +280,7 @@ def _blocks(directions: Doubles, columns: int) -> Doubles:
 
 
 def _cones_of_strip(directions: Doubles, first: int, columns: int) -> Doubles:
-    """Return rows of `_blocks`, without their last column, for a strip of tiles whose first slot is `first`."""
+    """Return rows of `_blocks`, without the place to go on with, for a strip of tiles whose first slot is `first`."""
     rows, tiles = len(directions) // columns, -(-columns // _TILE_RAYS)
     wide = np.full((rows, tiles * _TILE_RAYS, 3), np.nan)
     wide[:, :columns] = directions.reshape(rows, columns, 3)
@@ -290,9 +290,10 @@ def _cones_of_strip(directions: Doubles, first: int, columns: int) -> Doubles:
     number = np.broadcast_to(np.clip(columns - column, 0, _BLOCK_RAYS), slot.shape)
     runs = _cones(rays.reshape(-1, _BLOCK_RAYS, 3)).reshape(tiles, -1, 5)
     whole = _cones(rays.reshape(tiles, -1, 3))[:, None]
-    found = np.zeros((tiles, 1 + runs.shape[1], 8))
+    found = np.zeros((tiles, 1 + runs.shape[1], 9))
     found[:, :1, :5], found[:, 1:, :5] = whole, runs
     found[:, 1:, 5], found[:, 1:, 6] = slot.reshape(tiles, -1), number.reshape(tiles, -1)
+    found[:, 1:, 8] = (~np.isnan(rays[..., 0])).sum(axis=-1).reshape(tiles, -1) == found[:, 1:, 6]
     return found[~np.isnan(found[..., 0])]
 
 

@@ -55,15 +55,15 @@ class Beams(NamedTuple):
     that line. ends (rays,) or (0,): where the car's own body stops a ray by its number, metres. law (0,) or (4,):
     range in metres at which half of the rays return from a face that looks at the sensor, for the three classes, and
     the relative width of the logistic; none: all rays return. glass (2,): a ray of a LiDAR passes through glass where
-    its draw is below the first, and returns from it where that is not below the second. blocks (b, 8): cones around
+    its draw is below the first, and returns from it where that is not below the second. blocks (b, 9): cones around
     runs of slots of a lattice that has no straight rows (axis, cosine and sine of the half angle, first slot, number,
-    place of the block to go on with where the cone is missed), and before those of each tile of the lattice a cone
-    around all of them, with the number 0; none for the others. field: cosine and sine of the half angle of a cone
-    around x that holds all rays. least: what comes nearer to the plane x = 0 of a camera than this, in metres, is in
-    no image. stops (2, rows * words) uint64 or (0, 0): bits for the slots whose rays the car's own body stops
-    somewhere, every row in words of its own, and for those of them that it stops before anything that counts;
-    last_end: where the last of the others ends, metres. limits (3, rows of the sensor), (3, 1) where all rows are
-    alike, or (0, 0): from where on rays get nothing back from objects of the three classes, metres.
+    place of the block to go on with where the cone is missed, 1 where the lens has all of them), and before those of
+    each tile of the lattice a cone around all of them, with the number 0; none for the others. field: cosine and sine
+    of the half angle of a cone around x that holds all rays. least: what comes nearer to the plane x = 0 of a camera
+    than this, in metres, is in no image. stops (2, rows * words) uint64 or (0, 0): bits for the slots whose rays the
+    car's own body stops somewhere, every row in words of its own, and for those of them that it stops before anything
+    that counts; last_end: where the last of the others ends, metres. limits (3, rows of the sensor), (3, 1) where all
+    rows are alike, or (0, 0): from where on rays get nothing back from objects of the three classes, metres.
     """
 
     turns: bool

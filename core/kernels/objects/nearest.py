@@ -161,11 +161,11 @@ def _meet_blocks(
 ) -> int:
     """As `_meet_rows` for a lattice without straight rows and columns: block by block of its directions."""
     entered, block = 0, 0
-    far, sine, cosine = _cone_of(centre, half)
+    far, sine, cosine = cone_of(centre, half)
     while block < beams.blocks.shape[0]:
         cone = beams.blocks[block]
         block += 1
-        if _is_apart(cone[0], cone[1], cone[2], cone[3], cone[4], centre, far, sine, cosine):
+        if is_apart(cone[0], cone[1], cone[2], cone[3], cone[4], centre, far, sine, cosine):
             block = int(cone[7])
         elif cone[6] > 0.0 and _may_enter(faces.turn, start, half, cone, far):
             slot = int(cone[5])
@@ -193,7 +193,7 @@ def _may_enter(turn: np.ndarray, start: Direction, half: Direction, cone: np.nda
 
 
 @lean_inlined
-def _cone_of(centre: np.ndarray, half: Direction) -> tuple[float, float, float]:
+def cone_of(centre: np.ndarray, half: Direction) -> tuple[float, float, float]:
     """Return the distance of a box's centre, and sine and cosine of the half angle of a cone around the box."""
     radius2 = half[0] * half[0] + half[1] * half[1] + half[2] * half[2]
     far2 = centre[0] * centre[0] + centre[1] * centre[1] + centre[2] * centre[2]
@@ -203,7 +203,7 @@ def _cone_of(centre: np.ndarray, half: Direction) -> tuple[float, float, float]:
 
 
 @lean_inlined
-def _is_apart(
+def is_apart(
     x: float,
     y: float,
     z: float,
@@ -270,8 +270,8 @@ def meet_box(
         return 0
     set_turn(traffic, rotation, box, faces.turn)
     set_centre(start, faces.turn, centre)
-    far, sine, cosine = _cone_of(centre, half)
-    if _is_apart(1.0, 0.0, 0.0, beams.field[0], beams.field[1], centre, far, sine, cosine):
+    far, sine, cosine = cone_of(centre, half)
+    if is_apart(1.0, 0.0, 0.0, beams.field[0], beams.field[1], centre, far, sine, cosine):
         return 0
     parts = range(*parts_of(traffic, box))
     if beams.blocks.shape[0] > 0:

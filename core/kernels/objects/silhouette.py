@@ -2,8 +2,8 @@
 
 The rows of a pinhole camera are, and the azimuths of a sector are upright lines. The image of a box is convex, so the
 rays of a row that enter it lie between two places where the row crosses edges of the box. Rays nearer to such a place
-than any rounding are tried one by one, with the numbers of `nearest`, and so are all of them where a range begins or
-ends within the box.
+than any rounding are tried one by one, with the numbers of `nearest`, and so are all of them where a range ends within
+the box. Rays of a bent lens are taken in short runs, which enter a part, miss it or are tried.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from riglens.core.kernels.objects.box_frames import (
     set_turn,
     start_of,
 )
-from riglens.core.kernels.objects.nearest import find_entries
+from riglens.core.kernels.objects.nearest import cone_of, find_entries, is_apart
 from riglens.core.kernels.objects.windows import corners_of, place_at
 from riglens.core.kernels.rays.lattice import Direction
 from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined
@@ -77,8 +77,8 @@ def outline_for(faces: Faces, rows: int, columns: int) -> Outline:
     places = _CORNERS + _CUTS
     return Outline(
         faces, np.empty(3), np.empty((_CORNERS, 3)), np.empty(places), np.empty(places), np.empty(places, np.int64),
-        np.empty(rows), np.empty(rows), np.empty(rows, np.bool_), np.empty((2, rows * words_of(columns)), np.uint64),
-        np.empty(4, np.int64), np.empty(columns),
+        np.empty(rows), np.empty(rows), np.empty(rows, np.bool_), np.zeros((2, rows * words_of(columns)), np.uint64),
+        np.zeros(4, np.int64), np.empty(columns),
     )  # fmt: skip
 
 
@@ -93,7 +93,7 @@ def draw_box(traffic: FrameBoxes, beams: Beams, box: int, rotation: np.ndarray, 
     """Set the bits of the rays that enter a box, and where they are TESTED also of those that do
     within the range of its class; return NOT_DRAWN where the outline cannot decide."""
     if beams.row_at.size == 0:
-        return NOT_DRAWN
+        return draw_by_blocks(traffic, beams, box, rotation, to) if beams.limits.size == 0 else NOT_DRAWN
     start, half, turn = start_of(traffic, beams, box), half_of(traffic, box), to.faces.turn
     set_turn(traffic, rotation, box, turn)
     found = _way_of(traffic, beams, box, start)
@@ -116,6 +116,63 @@ def draw_box(traffic: FrameBoxes, beams: Beams, box: int, rotation: np.ndarray, 
         set_faces(place, part_half, to.faces)
         _draw_part(traffic, beams, box, found == TESTED, count, column, last, to)
     return found
+
+
+@lean
+def draw_by_blocks(traffic: FrameBoxes, beams: Beams, box: int, rotation: np.ndarray, to: Outline) -> int:
+    """As `draw_box`, for rays in any directions: a run of them enters a part, misses it or is tried."""
+    start, bounds, words = start_of(traffic, beams, box), to.bounds, words_of(beams.columns)
+    set_turn(traffic, rotation, box, to.faces.turn)
+    if bounds[0] < bounds[1]:  # of the box before
+        to.mask[0, bounds[0] * words : bounds[1] * words] = 0
+    bounds[0], bounds[1], bounds[2], bounds[3] = beams.row_of.size, 0, 0, words
+    for part in range(*parts_of(traffic, box)):
+        middle, part_half = bounds_of(traffic, part)
+        place = (start[0] - middle[0], start[1] - middle[1], start[2] - middle[2])
+        set_centre(place, to.faces.turn, to.centre)
+        set_faces(place, part_half, to.faces)
+        far, sine, cosine = cone_of(to.centre, part_half)
+        block = 0
+        while block < beams.blocks.shape[0]:
+            cone = beams.blocks[block]
+            block += 1
+            if is_apart(cone[0], cone[1], cone[2], cone[3], cone[4], to.centre, far, sine, cosine):
+                block = int(cone[7])
+            elif cone[6] > 0.0:
+                _draw_run(beams, cone, to)
+    return DRAWN
+
+
+@lean_inlined
+def _draw_run(beams: Beams, cone: np.ndarray, to: Outline) -> None:
+    """Set the bits of a run of rays that enter a part."""
+    does, may = _enters(beams, to.faces, cone)
+    if not may:
+        return
+    slot, number, bounds = int(cone[5]), int(cone[6]), to.bounds
+    row, column = slot // beams.columns, slot % beams.columns
+    bounds[0], bounds[1] = min(bounds[0], row), max(bounds[1], row + 1)
+    if does and cone[8] > 0.0:
+        _set_bits(to.mask[0], row * words_of(beams.columns), column, column + number - 1)
+    else:
+        try_rays(beams, row, column, column + number, False, 0.0, to)
+
+
+@lean_inlined
+def _enters(beams: Beams, faces: Faces, cone: np.ndarray) -> tuple[bool, bool]:
+    """Return whether all rays of a cone certainly enter a part, and whether any may: the numbers of
+    `nearest` are linear in a ray's direction, which is at most a chord away from the axis."""
+    chord = np.sqrt(2.0 * (1.0 - cone[3])) * _WIDER + 1e-9
+    enters = enters_most = 1.0 / beams.reach[0]
+    leaves = leaves_least = 1.0 / beams.reach[1]
+    for axis in range(3):
+        a = faces.turn[axis, 0] * cone[0] + faces.turn[axis, 1] * cone[1] + faces.turn[axis, 2] * cone[2]
+        at, room = a * faces.enter[axis] + faces.rest[axis], chord * abs(faces.enter[axis])
+        enters, enters_most = min(enters, at - room), min(enters_most, at + room)
+        for inverse in (faces.leave[axis], faces.other[axis]):
+            leaves = max(leaves, a * inverse + chord * abs(inverse))
+            leaves_least = max(leaves_least, a * inverse - chord * abs(inverse))
+    return enters > leaves, enters_most > leaves_least
 
 
 @lean_inlined
