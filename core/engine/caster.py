@@ -31,7 +31,7 @@ from riglens.core.engine.fans import (
 )
 from riglens.core.engine.frustums import make_frustum
 from riglens.core.engine.meshes import CameraMesh, make_mesh, outermost_directions
-from riglens.core.engine.sheets import Sheets, make_sheets
+from riglens.core.engine.sheets import FEWEST_RAYS, Sheets, make_sheets
 from riglens.core.errors import IsStale, never_stale
 from riglens.core.kernels.beams.beam_cones import mark_sheets
 from riglens.core.kernels.cameras.frustum import Frustum, mark_frustum
@@ -155,7 +155,7 @@ class Caster:
         parts = by_offset(lidar, rays) if is_upright(rays.rotation) else []
         if parts:
             return all(self._mark_fan(part, window, marks, is_stale) for part in parts)
-        sheets = make_sheets(lidar, rays)
+        sheets = make_sheets(lidar, rays) if lidar.ray_count >= FEWEST_RAYS else None
         return None if sheets is None else self._mark_sheets(sheets, rays, window, marks, is_stale)
 
     @_mark_quickly.register

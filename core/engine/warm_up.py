@@ -10,6 +10,7 @@ import numpy as np
 from riglens.core.engine.caster import Caster
 from riglens.core.engine.engine import Engine
 from riglens.core.engine.fans import has_few, make_fan, make_profile
+from riglens.core.engine.sheets import FEWEST_RAYS
 from riglens.core.kernels.fans.fan import mark_fan, work_by_row
 from riglens.core.kernels.fans.leftover_rays import mark_alone
 from riglens.core.kernels.fans.planes import Fan
@@ -19,7 +20,7 @@ from riglens.core.kernels.runtime.jit import FOLDER
 from riglens.core.kernels.voxels import update_coverage
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import MetricSettings
-from riglens.core.rig.model import BrownConrady, Camera, Lidar, Rig, Sensor
+from riglens.core.rig.model import BrownConrady, Camera, Lidar, LinearAngles, Rig, Sensor
 from riglens.core.scene.boxes import CLASSES, DataReport
 from riglens.core.scene.columns import VoxelIndex, pack, words_per_column
 from riglens.core.scene.grid import VoxelGrid
@@ -35,7 +36,7 @@ WARM_UP = Rig(
             position=(0.0, 0.0, 2.0),
             rpy_deg=(0.0, 5.0, 0.0),
             elevations_deg=(0.0,),
-            azimuths_deg=(0.0, 0.1),
+            azimuths_deg=LinearAngles(from_=0.0, to=60.0, count=FEWEST_RAYS),
         ),
         Camera(name="camera", position=(0.0, 0.0, 2.0), hfov_deg=90.0, cast=(1, 1)),
         Camera(
@@ -43,7 +44,7 @@ WARM_UP = Rig(
         ),
     )
 )
-"""Rig with few rays: upright sensors, a tilted LiDAR whose rays are close, and a tilted camera dense enough for voxel
+"""Rig of small sensors: upright ones, a tilted LiDAR whose rays are close, and a tilted camera dense enough for voxel
 walking and too sparse for it alone, whose middle column runs through edges of voxels: there only the exact walk can
 tell."""
 BENT = Camera(
