@@ -35,6 +35,7 @@ from riglens.core.kernels.objects.images import (
     Bits,
     Ties,
     count_group,
+    count_one,
     forget,
     is_stopped,
     new_bits,
@@ -204,10 +205,17 @@ def _cast_frame(
         until = begin + 1
         while until < end and depth_order.first[until] == begin:
             until += 1
-        if beams.turns or not count_group(
-            traffic, beams, sweep.rotation, sweep.ranks, depth_order, begin, until, scratch.outline, scratch.bits, ties,
-            found,
-        ):  # fmt: skip
+        is_done, box = False, depth_order.box[begin]
+        if not beams.turns and until == begin + 1:
+            is_done = count_one(
+                traffic, beams, sweep.rotation, sweep.ranks, box, scratch.outline, scratch.bits, found
+            )
+        elif not beams.turns:
+            is_done = count_group(
+                traffic, beams, sweep.rotation, sweep.ranks, depth_order, begin, until, scratch.outline, scratch.bits,
+                ties, found,
+            )  # fmt: skip
+        if not is_done:
             number = _meet_group(traffic, beams, sweep, begin, until, scratch, found, at, cells, number)
         begin = until
     return number

@@ -75,10 +75,20 @@ def forget(columns: int, bits: Bits) -> None:
 
 
 @lean_inlined
-def _touch(outline: Outline, bits: Bits) -> None:
+def count_one(
+    traffic: FrameBoxes, beams: Beams, rotation: np.ndarray, ranks: np.ndarray, box: int, outline: Outline, bits: Bits,
+    found: np.ndarray,
+) -> bool:  # fmt: skip
+    """Count the rays on an object that is no nearer than the hits so far; return False, and change
+    nothing, where an outline cannot decide."""
+    way = draw_box(traffic, beams, box, rotation, outline)
+    if way == NOT_DRAWN:
+        return False
+    _count(traffic, beams, box, way, outline, bits, False, ranks[box], found)
     if outline.bounds[0] < outline.bounds[1]:
         bits.touched[0] = min(bits.touched[0], outline.bounds[0])
         bits.touched[1] = max(bits.touched[1], outline.bounds[1])
+    return True
 
 
 @lean
@@ -86,16 +96,7 @@ def count_group(
     traffic: FrameBoxes, beams: Beams, rotation: np.ndarray, ranks: np.ndarray, depth_order: DepthOrder, begin: int,
     end: int, outline: Outline, bits: Bits, ties: Ties, found: np.ndarray,
 ) -> bool:  # fmt: skip
-    """Count the rays on a group of objects, places begin..end-1 of the depth order, all of them no
-    nearer than the hits so far; return False, and change nothing, where an outline cannot decide."""
-    if end - begin == 1:
-        box = depth_order.box[begin]
-        way = draw_box(traffic, beams, box, rotation, outline)
-        if way == NOT_DRAWN:
-            return False
-        _count(traffic, beams, box, way, outline, bits, False, ranks[box], found)
-        _see(beams, outline, bits)
-        return True
+    """As `count_one`, for a group of objects, places begin..end-1 of the depth order."""
     first, last, is_drawn = beams.row_of.size, 0, True
     for place in range(begin, end):
         if draw_box(traffic, beams, depth_order.box[place], rotation, outline) == NOT_DRAWN:
@@ -121,16 +122,6 @@ def count_group(
 
 
 @lean_inlined
-def _see(beams: Beams, outline: Outline, bits: Bits) -> None:
-    """Note that the rays of an outline have met something."""
-    words, bounds = words_of(beams.columns), outline.bounds
-    for row in range(bounds[0], bounds[1]):
-        for word in range(row * words + bounds[2], row * words + bounds[3]):
-            bits.seen[word] |= outline.mask[0, word]
-    _touch(outline, bits)
-
-
-@lean_inlined
 def _lay(beams: Beams, outline: Outline, bits: Bits) -> None:
     """Add an outline to those of a group."""
     words, bounds = words_of(beams.columns), outline.bounds
@@ -146,11 +137,10 @@ def _count(
     traffic: FrameBoxes, beams: Beams, box: int, way: int, outline: Outline, bits: Bits, is_one_of_many: bool, one: int,
     found: np.ndarray,
 ) -> None:  # fmt: skip
-    """Count the rays of an outline, and those of them that meet nothing else of the group and nothing nearer."""
-    if one < 0:
-        return
+    """Count the rays of an outline, and those of them that meet nothing else of the group and nothing
+    nearer; one < 0: of an object that does not count. Of a box alone, the rays have met something then."""
     alone, words, bounds = 0, words_of(beams.columns), outline.bounds
-    has_stops = beams.stops.size > 0
+    has_stops, is_sector = beams.stops.size > 0, beams.squeeze.size > 0
     is_over = has_stops and _is_beyond(traffic, beams, box)
     for row in range(bounds[0], bounds[1]):
         rays, low, high = 0, beams.columns, -1
@@ -161,6 +151,10 @@ def _count(
                 continue
             alone += int(popcount(mask))
             free = mask & ~bits.seen[word]
+            if not is_one_of_many:
+                bits.seen[word] |= mask
+            if one < 0:
+                continue
             if way == TESTED:
                 free &= outline.mask[1, word]
             elif way == HIDING:
@@ -173,10 +167,12 @@ def _count(
                     free = _passed(traffic, beams, box, row, place, free, outline)
             if free:
                 rays += int(popcount(free))
-                low, high = min(low, 64 * place + int(lowest_bit(free))), 64 * place + _highest_bit(free)
+                if is_sector:
+                    low, high = min(low, 64 * place + int(lowest_bit(free))), 64 * place + _highest_bit(free)
         if rays > 0:
             note_rays(beams, row, low, high, rays, one, found)
-    found[ALONE, one] = alone
+    if one >= 0:
+        found[ALONE, one] = alone
 
 
 @lean_inlined

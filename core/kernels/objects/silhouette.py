@@ -155,7 +155,7 @@ def _draw_run(beams: Beams, cone: np.ndarray, to: Outline) -> None:
     if does and cone[8] > 0.0:
         _set_bits(to.mask[0], row * words_of(beams.columns), column, column + number - 1)
     else:
-        try_rays(beams, row, column, column + number, False, 0.0, to)
+        _try_run(beams, row, column, column + number, False, 0.0, to)
 
 
 @lean_inlined
@@ -181,19 +181,23 @@ def _way_of(traffic: FrameBoxes, beams: Beams, box: int, start: Direction) -> in
     ahead as boxes are cut or as their range begins, or too far or too thin for outlines; TESTED
     for one in which a range may end."""
     half, thin, near2, far2, entry2 = half_of(traffic, box), np.inf, 0.0, 0.0, 0.0
+    is_endless = beams.limits.size == 0 and beams.reach[1] == np.inf
     for axis in range(3):
         near, far = max(abs(start[axis]) - half[axis], 0.0), abs(start[axis]) + half[axis]
         near2, far2 = near2 + near * near, far2 + far * far
     for part in range(*parts_of(traffic, box)):
         middle, part_half = bounds_of(traffic, part)
         thin = min(thin, part_half[0], part_half[1], part_half[2])
-        entry2 = max(entry2, _last_entry2(start, middle, part_half))
+        if not is_endless:
+            entry2 = max(entry2, _last_entry2(start, middle, part_half))
     ahead = np.sqrt(near2) * beams.field[0]
     if not (ahead > 1.001 * _AHEAD_M and far2 < _FAR_M * _FAR_M and 2.0 * thin >= _THIN_M):
         return NOT_DRAWN
     limit, least = limit_of(traffic, beams, box, 0) * _WIDER, beams.reach[0] * _WIDER
     if near2 <= least * least:
         return NOT_DRAWN
+    if is_endless:
+        return DRAWN
     if entry2 * _WIDER**2 >= beams.reach[1] * beams.reach[1]:
         return TESTED
     if near2 > limit * limit:
@@ -223,22 +227,21 @@ def _project(beams: Beams, start: Direction, half: Direction, to: Outline) -> in
     places where its edges are cut; return the number filled."""
     set_centre(start, to.faces.turn, to.centre)
     corners_of(to.centre, to.faces.turn, half, to.corners)
-    count, corners = _CORNERS, to.corners
-    along = 2 if beams.squeeze.size > 0 else 1
-    across = 3 - along
+    count, corners, is_sector = _CORNERS, to.corners, beams.squeeze.size > 0
     for corner in range(_CORNERS):
         x = corners[corner, 0]
         if x >= _AHEAD_M:
-            to.along[corner], to.across[corner] = corners[corner, along] / x, corners[corner, across] / x
+            y, z = corners[corner, 1] / x, corners[corner, 2] / x
+            to.along[corner], to.across[corner] = z if is_sector else y, y if is_sector else z
             continue
         for axis in range(3):
             other = corner ^ (1 << axis)
             far = corners[other, 0]
             if far >= _AHEAD_M:
                 share = (_AHEAD_M - x) / (far - x)
-                a = corners[corner, along] + share * (corners[other, along] - corners[corner, along])
-                b = corners[corner, across] + share * (corners[other, across] - corners[corner, across])
-                to.along[count], to.across[count] = a / _AHEAD_M, b / _AHEAD_M
+                y = (corners[corner, 1] + share * (corners[other, 1] - corners[corner, 1])) / _AHEAD_M
+                z = (corners[corner, 2] + share * (corners[other, 2] - corners[corner, 2])) / _AHEAD_M
+                to.along[count], to.across[count] = z if is_sector else y, y if is_sector else z
                 to.ahead[count] = other
                 count += 1
     return count
@@ -372,8 +375,8 @@ def _set_bits(mask: np.ndarray, base: int, first: int, last: int) -> None:
     mask[base + end] |= level_mask(0, last & 63)
 
 
-@lean
-def try_rays(
+@lean_inlined
+def _try_run(
     beams: Beams, row: int, column: int, last: int, is_tested: bool, limit: float, to: Outline
 ) -> None:  # fmt: skip
     """Set the bits of those rays of a row, from a column to before another, that enter a part, and
@@ -387,3 +390,11 @@ def try_rays(
             to.mask[0, word] |= bit
             if is_tested and limit * inverse >= 1.0:
                 to.mask[1, word] |= bit
+
+
+@lean
+def try_rays(
+    beams: Beams, row: int, column: int, last: int, is_tested: bool, limit: float, to: Outline
+) -> None:  # fmt: skip
+    """As `_try_run`, out of line: a row's ends seldom need it."""
+    _try_run(beams, row, column, last, is_tested, limit, to)
