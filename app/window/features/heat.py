@@ -83,6 +83,7 @@ class Heat(Feature):
         self.panel.look_changed.connect(self._show_look)
         self.panel.draped.toggled.connect(self._choose_draped)
         self.document.opened.connect(self._show_draped)
+        self._show_draped()
         self.session.heat_changed.connect(self._show)
         bench.answers.answered.connect(self._show_result)
         self._show()

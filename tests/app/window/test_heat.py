@@ -13,6 +13,7 @@ from pytestqt.qtbot import QtBot
 
 from riglens.app.window.features.heat import look_of
 from riglens.app.window.features.pick import Pick
+from riglens.app.window.settings import Settings
 from riglens.core.engine.engine import Engine
 from riglens.core.engine.inspect import sees_voxel
 from riglens.core.figures.heatmaps import OFF
@@ -191,13 +192,16 @@ def test_a_click_beside_the_heatmap_forgets_the_voxel(bench: Bench) -> None:
 def test_alt_click_picks_without_touching_selection_or_camera(qtbot: QtBot, tmp_path: Path) -> None:
     with open_bench(qtbot, tmp_path, viewport=OffscreenViewport()) as bench:
         bench.document.select("roof")
+        bench.act("heat_space")
+        bench.features.heat.set_mode("entropy")
+        bench.settle()
         wait_for(lambda: bench.viewport.is_at_rest)
         canvas, state = bench.viewport.findChild(QWidget), bench.viewport.state
         size = (canvas.width(), canvas.height())
         spots = state.camera.project(state.heatmap.centres_m.astype(float), size)
         inside = ((spots[:, :2] > 20) & (spots[:, :2] < np.array(size) - 20)).all(axis=1)
         far = inside & (np.abs(state.heatmap.centres_m[:, 0]) > 3.5)
-        spot = QPoint(*(round(float(place)) for place in spots[np.flatnonzero(far)[0], :2]))
+        spot = QPoint(*(round(float(place)) for place in spots[np.flatnonzero(far)[-1], :2]))
         alt, left = Qt.KeyboardModifier.AltModifier, Qt.MouseButton.LeftButton
         QTest.mouseClick(canvas, left, alt, spot)
         found = bench.features.pick
@@ -208,3 +212,21 @@ def test_alt_click_picks_without_touching_selection_or_camera(qtbot: QtBot, tmp_
         assert marker is not None and bench.session.voxel is not None
         QTest.keyClick(canvas, Qt.Key.Key_Escape)
         assert bench.session.voxel is None and bench.viewport.state.marker is None
+
+
+def test_the_paper_s_rigs_open_with_cells_in_space_until_a_shape_is_chosen(
+    qtbot: QtBot, tmp_path: Path
+) -> None:
+    file = tmp_path / "window.ini"
+    with open_bench(qtbot, tmp_path, kept=Settings(file), data=False) as bench:
+        document, look = bench.document, lambda: bench.viewport.state.heat_look.draped
+        assert look() == document.rig.self_occlusion
+        document.show(document.rig.replace(self_occlusion=not document.rig.self_occlusion))
+        assert look() == document.rig.self_occlusion
+        before = look()
+        bench.act("heat_space")
+        assert look() != before and bench.workbench.actions["heat_space"].isChecked() == before
+        document.show(document.rig.replace(self_occlusion=not document.rig.self_occlusion))
+        assert look() != before, "a choice stays"
+    with open_bench(qtbot, tmp_path, kept=Settings(file), data=False) as bench:
+        assert bench.viewport.state.heat_look.draped != before, "also in the next session"
