@@ -47,7 +47,7 @@ class Verified(NamedTuple):
 
     lines: list[str]
     place: str | None
-    given: tuple[str, ...]
+    given: tuple[str, ...] = ()
 
 
 def write_report(
