@@ -87,7 +87,7 @@ class PictureArguments:
     fill: Annotated[Literal["none", "ground", "frusta"], Parameter(metavar="NAME")] = DEFAULT_RAYS.fill
     """Show fields of view: footprints on the ground, or the outside of the field."""
     transparent: bool = False
-    """Leave the background transparent."""
+    """Leave background and ground transparent."""
     ground: Annotated[bool, Parameter(name="--ground-plane", negative="--no-ground")] = True
     """Draw the ground with its grid and metres."""
     legend: Annotated[bool, Parameter(negative="--no-legend")] = True
