@@ -8,7 +8,7 @@ import pytest
 from riglens.app.terminal.figures import leading_table
 from riglens.core.figures.documents import evaluation_document
 from riglens.core.figures.evaluated import Evaluated, EvaluationSettings, Evaluator
-from riglens.core.figures.figure import CLASSES_AND_ALL, Figure
+from riglens.core.figures.figure import ALL, CLASSES_AND_ALL, Figure
 from riglens.core.figures.objects import ObjectFigure
 from riglens.core.figures.registry import leading_figures
 from riglens.core.figures.text import estimate_text
@@ -108,6 +108,7 @@ def test_window_terminal_python_json_and_sweeps_show_the_same(name: str, evaluat
     values = values_of_objects(found.objects)
     for number, figure in enumerate(the_four()):
         in_window = FigureCells.of(figure, found.objects, found.objects)
+        assert str(columns[number][1]).strip("()").startswith(shown(figure, found, ALL))
         for line, cls in enumerate(CLASSES):
             one = figure.of(found, cls)
             written = document["rigs"][0]["classes"][cls]["figures"][figure.key]
@@ -116,7 +117,7 @@ def test_window_terminal_python_json_and_sweeps_show_the_same(name: str, evaluat
             assert in_window.at(cls)[0].exists == one.exists
             assert written["value"] == (one.value if one.exists else None)
             assert written["reason"] == (one.reason or None)
-            assert str(columns[number][2 * line + 1]).strip("()").startswith(shown(figure, found, cls))
+            assert str(columns[number][2 * line + 3]).strip("()").startswith(shown(figure, found, cls))
             if one.exists:
                 assert row[figure.column(cls)] == one.value
 

@@ -10,29 +10,30 @@ from rich.text import Text
 
 from riglens.app.terminal.console import results
 from riglens.core.figures.evaluated import Evaluated
-from riglens.core.figures.figure import Estimate, Figure
+from riglens.core.figures.figure import ALL, CLASSES_AND_ALL, Estimate, Figure
 from riglens.core.figures.registry import leading_figures
 from riglens.core.figures.sentence import changes_of, sentence
 from riglens.core.figures.text import UNITS, estimate_text, in_sentence, parts_text
-from riglens.core.scene.boxes import CLASSES
 from riglens.core.shown_text import visible
 
 
 def leading_table(rigs: Sequence[Evaluated]) -> Iterator[Table | str]:
-    """Yield a table of the leading figures, rigs as rows and a section per class, and the lines that explain it."""
+    """Yield a table of the leading figures, rigs as rows, with a section for the mean of the classes and one per class,
+    and the lines that explain it."""
     wanted, made = leading_figures(), Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 2, 0, 0))
     made.add_column("", no_wrap=True, overflow="ellipsis", max_width=28)
     for figure in wanted:
         unit = f", {UNITS[figure.unit]}" if figure.unit == "nat" else ""
         made.add_column(f"{figure.title}{unit}", justify="right")
     reasons = dict[str, None]()
-    for name in CLASSES:
-        made.add_row(Text(name, "bold"))
+    for name in CLASSES_AND_ALL:
+        made.add_row(Text("class mean" if name == ALL else name, "bold"))
+        of_row = [one for one in wanted if name != ALL or one.needs == "objects"]
         for rig in rigs:
-            found = [figure.of(rig, name) for figure in wanted]
-            cells = (_cell(*pair) for pair in zip(wanted, found, strict=True))
+            found = {figure: figure.of(rig, name) for figure in of_row}
+            cells = (_cell(one, found[one]) if one in found else "" for one in wanted)
             made.add_row(Text(f"  {visible(rig.rig.name)}"), *cells)
-            for figure, one in zip(wanted, found, strict=True):
+            for figure, one in found.items():
                 if one.reason:
                     outside = "outside its domain: " if one.state == "outside" else ""
                     reasons[f"{visible(rig.rig.name)}: {figure.title}: {outside}{one.reason}."] = None
