@@ -13,11 +13,11 @@ from pytestqt.qtbot import QtBot
 from riglens.app.background import tolerating
 from riglens.app.background.background_requests import ToleranceProgress, ToleranceRequest
 from riglens.app.background.recompute import Recompute
-from riglens.app.background.tolerating import FRAMES, Tolerating
+from riglens.app.background.tolerating import Tolerating
 from riglens.core.errors import Cancelled
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.review.measures import Measures
-from riglens.core.review.tolerance import profile_called, tolerance
+from riglens.core.review.tolerance import SAMPLE_FRAMES, profile_called, tolerance
 from riglens.core.targets.settings import USUAL
 from riglens.core.targets.traffic import WITHIN_M
 from riglens.evaluation.requests import EvaluationRequest, LoadedScene
@@ -71,7 +71,7 @@ def test_the_spread_is_that_of_the_command_bit_for_bit_and_fills_in_on_the_way(w
     request = worker.request()
     worker.recompute.ask_in_background([request])
     worker.qtbot.waitUntil(lambda: bool(worker.answers) and worker.answers[-1].is_whole, timeout=TIMEOUT_MS)
-    measure = Measures(worker.scene.field, worker.traffic, SETTINGS, FRAMES, 1, designed=RIG)
+    measure = Measures(worker.scene.field, worker.traffic, SETTINGS, SAMPLE_FRAMES, 1, designed=RIG)
     assert worker.answers[-1].result == tolerance(RIG, SERVICE, measure, DRAWS, with_sensitivities=False)
     assert [answer.done for answer in worker.answers] == [4, 8, 11]
     assert all(asked is request for asked in worker.asked)

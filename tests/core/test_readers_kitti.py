@@ -197,7 +197,7 @@ needs_shared = pytest.mark.skipif(
 
 @needs_shared
 def test_real_sequences_agree_with_the_published_velodyne_table_to_its_rounding() -> None:
-    with gzip.open(SHARED / "boxes" / "kitti_tracking_velo.csv.gz", "rt") as file:
+    with gzip.open(SHARED / "boxes" / "kitti_tracking_velo.csv.gz", "rt", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     wanted: dict[str, list[list[float]]] = {}
     for row in rows:

@@ -13,6 +13,7 @@ from riglens.core.review.mounts import (
     SIDES,
     USUAL_KEEP_OUT,
     Box,
+    Footing,
     KeepOut,
     MountLimits,
     Overhang,
@@ -163,7 +164,9 @@ def test_the_edge_of_a_zone_belongs_to_it() -> None:
     zone = KeepOut(name="rear half", boxes=(Box(x=(0.0, 0.5)),))
     middle_m = (outline.front_m + outline.rear_m) / 2
     places = (outline.rear_m, middle_m, outline.rear_m - 1e-9, middle_m + 1e-9)
-    assert [is_in_zone(zone, (x, 0.0, 1.0), frozenset(), rig, outline) for x in places] == [
+    nothing = frozenset[str]()
+    stands = [Footing((x, 0.0, 1.0), nothing, nothing, nothing) for x in places]
+    assert [is_in_zone(zone, footing, rig, outline) for footing in stands] == [
         True, True, False, False,
     ]  # fmt: skip
     painted = rig.replace(keep_out=((0.0, 0.0, 1.0, 0.5),))

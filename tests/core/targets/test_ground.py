@@ -57,7 +57,7 @@ def test_any_figure_of_objects_can_be_spread_over_the_ground(figure: ObjectFigur
         mine = values[near(found.ground, (ix, iy), SCORES, "car")]
         mine = mine[~np.isnan(mine)]
         assert found.objects[ix, iy] == len(mine)
-        wanted = 100.0 * mine.mean() if len(mine) else np.nan
+        wanted = 100.0 * max(mine.mean(), figure.least) if len(mine) else np.nan
         assert found.values[ix, iy] == pytest.approx(wanted, nan_ok=True)
     data = heat.data(found)
     assert len(data.values) == np.count_nonzero(found.objects) and not np.isnan(data.values).any()

@@ -110,6 +110,7 @@ def test_a_kernel_follows_a_function_of_another_file_that_it_inlines(tmp_path: P
         "cache_folder.py",
         "errors.py",
         "files.py",
+        "user_folders.py",
         "kernels/__init__.py",
         "kernels/runtime/jit.py",
         "kernels/runtime/compiled.py",
