@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from riglens.core.engine.engine import Engine
+from riglens.core.figures.registry import figure_named
+from riglens.core.figures.text import in_sentence
 from riglens.core.files import write_file
 from riglens.core.monitor import Monitor
 from riglens.core.scene.boxes import CLASSES, DataReport
@@ -27,19 +29,12 @@ from riglens.studies.files import csv_text
 
 SAMPLE_FRAMES = 400
 """Frames in which points on objects are counted, drawn at random: the order of rigs needs no more."""
-TITLES = {
-    "s_ms": "S-MS",
-    "residual": "S-MS residual",
-    "hits": "S-MS hits",
-    "seen": "seen",
-    "on_target": "on target",
-    "share_5": "≥ 5 pts",
-    "share_1": "≥ 1 pt",
-    "perception": "perception entropy",
-}
+_TITLES = {"residual": "S-MS residual", "hits": "S-MS hits", "perception": "perception entropy"}
+"""Of what is no figure of ours: readings of one, and another paper's."""
 _COMPARED = tuple(name for name in SURROGATES if name not in ("rays", "predicted"))
 """Rigs of a paper all cast the same number of rays; predicted AP is of another detector."""
-_SHOWN = tuple(name for name in _COMPARED if name != "perception")
+_SHOWN = tuple(name for name in _COMPARED if name not in ("share_1", "perception"))
+"""A pipe has no room for more columns: the baseline and the other paper's figure stand with the ranks alone."""
 SURE_P = 0.05
 _IN_NATS = ("s_ms", "residual", "hits")
 
@@ -94,9 +89,9 @@ def figures_table(one: Compared) -> ShownTable:
     """Return rigs as rows: published percent by class, and our figures, mean over the classes."""
     published = (f"paper\n{column.replace('pedestrian', 'pedestr.')}" for column in COLUMNS)
     ours = (
-        f"10³ nat\n{TITLES[name].removeprefix('S-MS ')}"
+        f"10³ nat\n{_title(name).removeprefix('S-MS ')}"
         if name in _IN_NATS
-        else "\n".join(("%", *TITLES[name].rsplit(" ", 1)))
+        else "\n".join(("%", *_title(name).rsplit(" ", 1)))
         for name in _SHOWN
     )
     title = Styled(f"{one.paper.name}: published AP, our figures", "bold")
@@ -106,6 +101,12 @@ def figures_table(one: Compared) -> ShownTable:
         percent = [f"{one.paper.of(name).mean(axis=0)[place]:.1f}" for name in COLUMNS]
         shown.add_row(rig.name, *percent, *(_figure(one.ours, name, place) for name in _SHOWN))
     return shown
+
+
+def _title(name: str) -> str:
+    """Return a figure's short title, as within a sentence."""
+    figure = figure_named(name)
+    return _TITLES[name] if figure is None else in_sentence(figure.short)
 
 
 def _figure(ours: Surrogates, name: str, place: int) -> str:
@@ -119,7 +120,7 @@ def ranks_table(one: Compared) -> ShownTable:
     shown = table(f"{one.paper.name}\nρ (95 %)", *titles, words=range(1 + len(COLUMNS)), dense=True)
     by_key = {(it.surrogate, it.column): it.found for it in one.agreements}
     for name in _COMPARED:
-        shown.add_row(TITLES[name], *(_rank(by_key[name, column]) for column in COLUMNS))
+        shown.add_row(_title(name), *(_rank(by_key[name, column]) for column in COLUMNS))
     return shown
 
 
