@@ -108,7 +108,7 @@ def test_the_heatmap_follows_mode_class_and_rig(bench: Bench) -> None:
     bench.features.heat.set_class("bicycle")
     bench.settle()
     before = bench.viewport.state.heatmap
-    assert before.title == "Seen entropy, bicycle"
+    assert before.title == "Seen traffic, bicycle"
     bench.document.apply(RIG.replace(sensors=()))
     bench.settle()
     after = bench.viewport.state.heatmap

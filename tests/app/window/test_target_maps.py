@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from PySide6.QtCore import QRectF
@@ -40,7 +42,10 @@ def test_the_heatmap_is_that_of_all_frames_with_unit_and_direction(
     assert data.unit == unit and data.note.startswith(f"{way} is better") and data.title.endswith(", car")
     over = object_heat_map(mode).over(ground)
     assert np.array_equal(data.values, over.values[over.objects > 0].astype(np.float32))
-    assert bar_ticks(data, desk.viewport.state.heat_look)[0].text == "0"
+    look = desk.viewport.state.heat_look
+    ends = [tick.text for tick in bar_ticks(data, look)]
+    assert look.draped and (ends[0] == "0" if mode == "on_target" else ends == ["low", "high"])
+    assert bar_ticks(data, replace(look, draped=False))[0].text == "0"
     desk.features.heat.set_class("pedestrian")
     assert desk.viewport.state.heatmap.title.endswith(", pedestrian")
 

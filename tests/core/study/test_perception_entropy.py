@@ -15,7 +15,7 @@ def objects(points: list[int], pixels: list[float]) -> ObjectCounts:
     count, none = len(points), np.zeros(len(points), np.int64)
     return ObjectCounts(
         np.arange(count), ("LIDAR",), ("CAM",), np.array(points)[:, None], np.array(pixels)[:, None],
-        none, np.zeros(count), none, np.zeros((count, 1)),
+        none, np.zeros(count), none, np.zeros((count, 1)), np.zeros((count, 1)),
     )  # fmt: skip
 
 
