@@ -15,7 +15,7 @@ from riglens.core.files import write_file
 from riglens.core.monitor import Monitor
 from riglens.core.scene.boxes import CLASSES, DataReport
 from riglens.core.shown_tables import Block, ShownTable, Styled, table
-from riglens.core.shown_values import thousands
+from riglens.core.shown_values import NONE, thousands
 from riglens.core.study.detection.statistics import COLUMNS, MEAN
 from riglens.core.study.detection.surrogates import SURROGATES, Surrogates, surrogates
 from riglens.core.study.ranks import RankCorrelation
@@ -41,9 +41,10 @@ _IN_NATS = ("s_ms", "residual", "hits")
 
 @dataclass(frozen=True)
 class Compared:
-    """A paper, our figures of its rigs, and their agreement."""
+    """A paper, our figures of its rigs, those of objects only where there are any, and their agreement."""
 
     paper: Paper
+    has_objects: bool
     ours: Surrogates
     agreements: list[Agreement]
 
@@ -51,7 +52,7 @@ class Compared:
 def compare_papers(engine: Engine, scene: SceneOptions, monitor: Monitor) -> list[Compared]:
     """Score the rigs of both papers in all ways."""
     if scene.pog is not None:
-        monitor.note("a POG holds no individual objects: on target and ≥ 5 points are left out")
+        monitor.note("a POG holds no individual objects: figures of objects are left out")
     targets = TargetEngine(_traffic(scene))
     papers, found = (icra(), place3d()), list[Compared]()
     total = sum(len(paper.rigs) for paper in papers)
@@ -63,7 +64,7 @@ def compare_papers(engine: Engine, scene: SceneOptions, monitor: Monitor) -> lis
                 progress((done + share * count) / total)
 
             ours = surrogates(paper.rigs, engine, targets, USUAL, tell)
-            found.append(Compared(paper, ours, agreements(paper, ours)))
+            found.append(Compared(paper, scene.pog is None, ours, agreements(paper, ours)))
     return found
 
 
@@ -99,7 +100,7 @@ def figures_table(one: Compared) -> ShownTable:
     shown = table("AP in %", *published, *ours, title=title, dense=True, dim=dim)
     for place, rig in enumerate(one.paper.rigs):
         percent = [f"{one.paper.of(name).mean(axis=0)[place]:.1f}" for name in COLUMNS]
-        shown.add_row(rig.name, *percent, *(_figure(one.ours, name, place) for name in _SHOWN))
+        shown.add_row(rig.name, *percent, *(_figure(one, name, place) for name in _SHOWN))
     return shown
 
 
@@ -109,8 +110,11 @@ def _title(name: str) -> str:
     return _TITLES[name] if figure is None else in_sentence(figure.short)
 
 
-def _figure(ours: Surrogates, name: str, place: int) -> str:
-    value = float(ours.of(name, MEAN)[place])
+def _figure(one: Compared, name: str, place: int) -> str:
+    figure = figure_named(name)
+    if figure is not None and figure.needs == "objects" and not one.has_objects:
+        return NONE
+    value = float(one.ours.of(name, MEAN)[place])
     return thousands(value, 2) if name in _IN_NATS else f"{100.0 * value:.1f}"
 
 

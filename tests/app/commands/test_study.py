@@ -101,9 +101,12 @@ def test_a_pog_has_no_road_users_to_count_points_on(riglens, boxes, tmp_path):
     pog = tmp_path / "small.npz"
     assert riglens("data", "build", boxes, "--out", pog, *SMALL_GRID).code == 0
     result = riglens("study", "table1", "--pog", pog)
-    assert result.code == 0 and "on target and ≥ 5 points are left out" in result.err
+    assert result.code == 0 and "figures of objects are left out" in result.err
     ranks = next(line for line in result.out.splitlines() if line.strip().startswith("on target"))
     assert ranks.split()[2:] == ["–"] * 4
+    assert any(
+        line.split()[0] == "W+T" and line.count("—") >= 3 for line in result.out.splitlines() if line.strip()
+    )
 
 
 def test_the_csv_of_table1_holds_every_figure_in_full_precision():
