@@ -78,6 +78,9 @@ def test_no_word_of_the_start_rig_is_cut_in_a_small_window(
         )
         for place in (first + part for first in counted for part in (0, 1)):
             assert table.sizeHintForColumn(place) <= table.columnWidth(place)
+        titles = [table.figures.headerData(counted[0] + part, Qt.Orientation.Horizontal) for part in (0, 1)]
+        shown = [table.figures.index(0, counted[0] + part).data() for part in (0, 1)]
+        assert titles == ["Pred. AP, %", "change, pp"] and shown == ["100.0 ±10.0", "−10.0 ±10.0"]
         bars = [bar for bar in opened.window.findChildren(QTabBar) if bar.isVisible() and bar.count() > 2]
         assert len(bars) > 1
         for bar in bars:

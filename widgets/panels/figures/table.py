@@ -77,7 +77,8 @@ class Heading:
     """Title of a row or a column.
 
     copied: titles of the exact numbers of a column, with none its texts are copied; or the name of a row where it is
-    copied. is_left: whether the texts of a column without numbers are left-aligned.
+    copied. unit: at the end of the texts of a column, which its title may name in their place. is_left: whether the
+    texts of a column without numbers are left-aligned.
     """
 
     title: str
@@ -85,6 +86,7 @@ class Heading:
     short: str = ""
     colour: str = ""
     copied: tuple[str, ...] = ()
+    unit: str = ""
     is_left: bool = False
     is_muted: bool = False
 
@@ -99,6 +101,7 @@ class FigureModel(QAbstractTableModel):
         self._figures: list[tuple[Cell, ...]] = []
         self._grey: frozenset[int] = frozenset()
         self._is_narrow = False
+        self._names_units = False
 
     def show(
         self,
@@ -160,6 +163,16 @@ class FigureModel(QAbstractTableModel):
             self.headerDataChanged.emit(Qt.Orientation.Horizontal, 0, len(self._columns) - 1)
         self._is_narrow = is_narrow
 
+    def name_units(self, in_titles: bool) -> None:
+        """Name the units of columns that have one in their titles, once, or else in each cell."""
+        if in_titles == self._names_units:
+            return
+        self._names_units = in_titles
+        if self._columns:
+            last = len(self._columns) - 1
+            self.headerDataChanged.emit(Qt.Orientation.Horizontal, 0, last)
+            self.dataChanged.emit(self.index(0, 0), self.index(len(self._figures) - 1, last))
+
     @property
     def row_titles(self) -> tuple[str, ...]:
         """Titles of the rows."""
@@ -184,7 +197,8 @@ class FigureModel(QAbstractTableModel):
         is_column = orientation == Qt.Orientation.Horizontal
         heading = (self._columns if is_column else self._rows)[section]
         if role == _ROLE.DisplayRole:
-            return heading.short if self._is_narrow and heading.short else heading.title
+            title = heading.short if self._is_narrow and heading.short else heading.title
+            return f"{title}, {heading.unit}" if self._names_units and heading.unit else title
         if role == _ROLE.ToolTipRole:
             return heading.tip
         if role == _ROLE.DecorationRole and heading.colour:
@@ -200,7 +214,8 @@ class FigureModel(QAbstractTableModel):
         if role == FIGURE:
             return figure
         if role == _ROLE.DisplayRole:
-            return figure.text
+            unit = self._columns[index.column()].unit if self._names_units else ""
+            return figure.text.removesuffix(f" {unit}") if unit else figure.text
         if role == _ROLE.ToolTipRole:
             return plain_tip(figure.tip)
         if role == _ROLE.TextAlignmentRole:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QFontMetrics, QResizeEvent
+from PySide6.QtGui import QFontMetrics, QFontMetricsF, QResizeEvent
 from PySide6.QtWidgets import QHeaderView
 
 from riglens.core.figures.figure import Estimate, Figure
@@ -33,6 +34,8 @@ ROW_PX = 26
 ESTIMATE_NOTE = "Estimated on larger voxels; the exact number follows when the mouse rests."
 LONGEST_VALUE = "100.0 ±10.0 %"
 LONGEST_CHANGES, _CELL_MARGIN_PX = ("−100.00 pp", "−10.0 ±10.0 pp", "−1000.00 ↓"), 6
+_TIGHT = {"share": ("100.0 ±10.0", "−10.0 ±10.0"), "nat": ("−100.00", "−100.00 ↓")}
+"""Value and change for which a column has room, by unit, where space is so short that titles name the units."""
 CHANGE_TIP = "Change from the baseline: the snapshot or chosen rig, or else the rig last saved or opened."
 _FOLLOWS = Cell(FOLLOWS, (None,), ESTIMATE_NOTE, tone="muted", is_italic=True)
 
@@ -56,20 +59,42 @@ class ScoreTable(FigureTable):
         rows.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
         rows.setMinimumWidth(CLASS_PX)
         header.setTextElideMode(Qt.TextElideMode.ElideRight)  # without it, the beginning is cut
-        header.setMinimumSectionSize(
-            self.fontMetrics().horizontalAdvance(LONGEST_VALUE) + 2 * _CELL_MARGIN_PX
-        )
-        for place in range(len(titles)):
-            mode = QHeaderView.ResizeMode.Fixed if place % 2 else QHeaderView.ResizeMode.Stretch
-            header.setSectionResizeMode(place, mode)
-            header.resizeSection(place, self._change_px())
+        self._is_tight = False
+        self._share_width()
         self.set_details(False)
         self.setMinimumHeight(header.sizeHint().height() + len(CLASSES) * ROW_PX)
 
-    def _change_px(self) -> int:
-        """Return the width of a column of changes: room for the longest that there can be."""
+    def _least_px(self) -> tuple[int, int]:
+        """Return the widths of a column of values and of changes with room for the longest that there can be."""
         wide = QFontMetrics(self.font()).horizontalAdvance
-        return max(CHANGE_PX, max(map(wide, LONGEST_CHANGES)) + 2 * _CELL_MARGIN_PX + 1)
+        change_px = max(CHANGE_PX, max(map(wide, LONGEST_CHANGES)) + 2 * _CELL_MARGIN_PX + 1)
+        return wide(LONGEST_VALUE) + 2 * _CELL_MARGIN_PX, change_px
+
+    def _share_width(self) -> None:
+        """Give columns of changes their width; those of values share the rest."""
+        header = self.horizontalHeader()
+        value_px, change_px = self._least_px()
+        header.setMinimumSectionSize(value_px)
+        for place in range(header.count()):
+            mode = QHeaderView.ResizeMode.Fixed if place % 2 else QHeaderView.ResizeMode.Stretch
+            header.setSectionResizeMode(place, mode)
+            header.resizeSection(place, change_px)
+
+    def _share_tightly(self) -> None:
+        """Give each column what its figures need without their units, and an equal share of the rest."""
+        header, wide = self.horizontalHeader(), QFontMetricsF(self.font()).horizontalAdvance
+        needed_px = [
+            math.ceil(wide(text)) + 2 * _CELL_MARGIN_PX
+            for figure in self._shown
+            for text in _TIGHT["nat" if figure.unit == "nat" else "share"]
+        ]
+        shown_px = [needed for place, needed in enumerate(needed_px) if not self.isColumnHidden(place)]
+        spare_px = max(0, self.viewport().width() - sum(shown_px)) // len(shown_px)
+        header.setMinimumSectionSize(min(needed_px))
+        header.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
+        for place, needed in enumerate(needed_px):
+            if not self.isColumnHidden(place):
+                header.resizeSection(place, needed + spare_px)
 
     @property
     def shown(self) -> tuple[Figure, ...]:
@@ -81,6 +106,8 @@ class ScoreTable(FigureTable):
         for figure in self._details:
             for key in (figure.key, f"{figure.key} change"):
                 self.setColumnHidden(self.place_of(key), not shown)
+        if self._is_tight:
+            self._share_tightly()
 
     def place_of(self, column: str) -> int:
         """Return the column of a key, followed by " change" for its change."""
@@ -184,9 +211,17 @@ class ScoreTable(FigureTable):
         self.figures.set_row_titles(_classes(empty))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Shorten titles where space is short."""
+        """Shorten titles where space is short, and name units in them alone where the leading figures need it."""
         super().resizeEvent(event)
-        self.figures.set_narrow(event.size().width() < NARROW_PX)
+        width_px = event.size().width()
+        self.figures.set_narrow(width_px < NARROW_PX)
+        is_tight = width_px < sum(one.leads for one in self._shown) * sum(self._least_px())
+        self.figures.name_units(is_tight)
+        if self._is_tight and not is_tight:
+            self._share_width()
+        self._is_tight = is_tight
+        if is_tight:
+            self._share_tightly()
 
 
 def _tone(figure: Figure, change: Estimate) -> Tone:
@@ -213,6 +248,12 @@ def _headings(figure: Figure) -> tuple[Heading, Heading]:
             figure.tip,
             f"{figure.short}{shown}",
             copied=(f"{figure.title} ({unit})", *errors),
+            unit="%" if figure.unit == "share" else "",
         ),
-        Heading("change", CHANGE_TIP, copied=(f"change ({unit})",)),
+        Heading(
+            "change",
+            CHANGE_TIP,
+            copied=(f"change ({unit})",),
+            unit="pp" if figure.unit == "share" else "",
+        ),
     )
