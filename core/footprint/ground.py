@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from riglens.core.errors import InputError
 from riglens.core.footprint.detail import in_image, px_per_deg, px_per_m
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.sensing.body_ends import listed_ends
 from riglens.core.sensors.base import Sensor
 from riglens.core.sensors.camera import Camera, pixel_directions
 from riglens.core.sensors.kind import Echo
@@ -248,6 +247,8 @@ def _camera_levels(
 
 def _hidden(sensor: Sensor, places: Points, solid: Solid, height_m: float = 0.0) -> NDArray[np.bool_]:
     """Return whether the body stops the rays to places (n, 2) at a height, (n,)."""
+    from riglens.core.sensing.body_ends import listed_ends  # the compiler
+
     offset = np.column_stack([places, np.full(len(places), height_m)]) - np.array(sensor.position)
     distance = np.linalg.norm(offset, axis=1)
     return np.asarray(listed_ends(sensor, offset / distance[:, None], solid) < distance)
