@@ -132,8 +132,7 @@ def render(
     out
         The picture (.png).
     set_folder
-        Write a set of pictures for a report into a folder instead: from all sides, footprints, blind zones and each
-        camera's view, as PNG and SVG with transparent ground, and their captions.
+        Write a set of pictures for a report into a folder instead, as PNG and SVG with their captions.
     """
     use_libraries(reading.libraries)
     if (out is None) == (set_folder is None):
