@@ -415,11 +415,11 @@ def test_a_kind_derived_from_another_looks_like_it_in_other_colours() -> None:
 
 def test_its_body_and_its_rays_are_drawn_with_a_key() -> None:
     state = SceneState(rig=rig_with(probe(rpy_deg=(0.0, 30.0, 0.0))), show_gizmo=False, show_legend=False)
-    rays = picture(state)
+    rays = picture(replace(state, ray_look=RayLook(of_all=True)))
     bare = picture(replace(state, ray_look=RayLook(shown=False)))
     empty = picture(replace(state, rig=rig_with(), ray_look=RayLook(shown=False)))
     assert (rays != bare).any() and (bare != empty).any()
-    filled = picture(replace(state, ray_look=RayLook(shown=False, fill="ground")))
+    filled = picture(replace(state, ray_look=RayLook(shown=False, fill="frusta")))
     assert (filled != bare).any()
     key = entries_of([probe(), TOP], probe("other"), DARK)
     assert [entry.words for entry in key] == ["LiDAR", "probe"]
