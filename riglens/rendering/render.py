@@ -227,7 +227,7 @@ def _state(
         rig_state(rig, picture.theme),
         solid_body=rig.vehicle if evaluation.settings.body == "blocks" else None,
         grid=field.grid, heatmap=cells, heat_look=look, ray_look=picture.rays,
-        show_ground=picture.ground and not picture.transparent, selected=picture.selected,
+        show_ground=picture.ground, selected=picture.selected,
     )  # fmt: skip
     words = PictureWords(picture.legend, picture.title, picture.scores)
     made = with_words(state, words, Findings(rig, evaluation.scores, evaluation.settings, field))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from dataclasses import replace
 from pathlib import Path
 
 import matplotlib.image
@@ -66,7 +67,8 @@ def staged(
     try:
         render_window(plotter).SetMultiSamples(_SAMPLES)
         scene = DrawnScene(plotter, state.palette, pixel_ratio=float(scale))
-        scene.show(state)
+        ground = state.show_ground and not transparent  # it reaches to the horizon: nothing would be clear
+        scene.show(replace(state, show_ground=ground))
         if view is not None:
             scene.set_view(view, wide=not state.heat_look.draped and state.heatmap is not None)
         if transparent:

@@ -124,6 +124,7 @@ def test_a_look_that_was_not_kept_well_is_forgotten(kept: dict) -> None:
 def test_a_picture_shows_the_rays_of_the_view(qtbot: QtBot, tmp_path: Path) -> None:
     with open_bench(qtbot, tmp_path, viewport=OffscreenViewport()) as bench:
         panel, pictures = bench.features.rays.panel, []
+        panel.of_all.setChecked(True)
         for opacity in (10, 100):
             panel.opacity.setValue(opacity)
             pictures.append(render_still(bench.viewport.state, (160, 100)).astype(int))
