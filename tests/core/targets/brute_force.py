@@ -105,9 +105,8 @@ def _limits(sensor: Sensor) -> Doubles:
     """How far each ray gets returns from each class, (3, rays); (0,): as far as its range."""
     echoes = [Echo(cls, min(SIZES_M[cls][:2])) for cls in CLASSES]
     rows = [kind_of(sensor).limits_m(sensor, echo) for echo in echoes]
-    return (
-        np.zeros(0) if rows[0] is None else np.array([np.repeat(row, sensor.resolution[0]) for row in rows])
-    )
+    limited = [np.repeat(row, sensor.resolution[0]) for row in rows if row is not None]
+    return np.array(limited) if limited else np.zeros(0)
 
 
 def _leave_one_of_a_cell(

@@ -82,6 +82,7 @@ def _random_sensor(rng: np.random.Generator) -> Sensor:
 def rig_of_every_kind(rng: np.random.Generator, sensors: int = 4) -> Rig:
     """As `random_rig`, with a radar of two scans and an ultrasonic sensor, near the car's height."""
     few = random_rig(rng, sensors).sensors
+    places: list[dict[str, Any]]
     places = [{"position": tuple(rng.uniform([-2.3, -1.2, 0.3], [2.3, 1.2, 1.6]).tolist())} for _ in range(2)]
     for place in places:
         place["rpy_deg"] = tuple((rng.uniform(-1.0, 1.0, 3) * [12.0, 15.0, 180.0]).tolist())
