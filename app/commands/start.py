@@ -37,7 +37,7 @@ def start(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
 def _with_window(rig: str, scene: SceneOptions, score: ScoreOptions) -> int:
     from riglens.core.formats.opening import open_rig
 
-    opened = open_rig(rig)  # a wrong rig is told before anything large is loaded
+    opened = open_rig(rig)  # a faulty rig is refused before anything large is loaded
     require_system_libraries("window")
     with leaving_on_interrupt():
         load_packages()

@@ -221,7 +221,7 @@ class Engine:
         return self._state.stack, np.array(slots, np.int64)
 
     def stop_of(self, sensor: Sensor, method: Method) -> Obstacle | None:
-        """Return what stops the rays of a sensor of the rig evaluated last; None where its own car does not."""
+        """Return what stops the rays of a sensor of the rig evaluated last, or None if its own car stops none."""
         return self._shape_of(sensor, method).stop
 
     def _shape_of(self, sensor: Sensor, method: Method) -> _Shape:

@@ -77,6 +77,6 @@ def pixel_um(camera: Camera) -> float | None:
 
 
 def focal_mm(camera: Camera) -> float | None:
-    """Return the focal length in millimetres, None where the edge of a pixel is unknown."""
+    """Return the focal length in millimetres, or None if the pixel size is unknown."""
     pitch_um = pixel_um(camera)
     return None if pitch_um is None else camera.intrinsics_px()[0] * pitch_um / 1000.0

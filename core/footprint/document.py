@@ -21,7 +21,7 @@ _ON_AXIS = np.array([[1.0, 0.0, 0.0]])
 
 
 def solid_rig(rig: Rig) -> Solid | None:
-    """Return the solid car of a rig with its housings; None where its mesh has not been read."""
+    """Return the solid car of a rig with its housings, or None if its mesh has not been read."""
     return None if rig.vehicle.lacks_mesh else with_housings(solid_of(rig.vehicle), rig.obstacles)
 
 

@@ -145,7 +145,7 @@ _SIDE = 0.08
 
 
 def vehicle_files(vehicle: Vehicle, notes: Notes) -> dict[str, str]:
-    """Return vehicle_info.param.yaml, with which the rear axle comes back; none where the axle is off the vehicle."""
+    """Return vehicle_info.param.yaml, which keeps the rear axle, or none if the axle is off the vehicle."""
     rear = vehicle.length / 2.0 + vehicle.rear_axle_x
     front = min(rear, (vehicle.length - rear) / 2.0)
     if rear < 0.0 or front < 0.0:

@@ -43,7 +43,7 @@ def bounded(
     figure: SetFunction, goal: SetFunction, limits: Limits, chosen: list[int], caps: Sequence[Cap]
 ) -> Generator[Now, None, tuple[list[int], Bound | None]]:
     """Try to prove a set, the best found; bound it by cuts of the least concave functions above it where that takes too
-    many steps, or where the figure is not submodular. Return the best set, and None where nothing bounds it.
+    many steps, or where the figure is not submodular. Return the best set and its bound, or None if nothing bounds it.
 
     figure: what is bounded; goal: the same after what comes before it, which counts whole units.
     """

@@ -319,8 +319,8 @@ def choices_of(
     is_stale: IsStale = never_stale,
     moves: Sequence[Move] = (),
 ) -> Choices:
-    """Return what sets may be chosen from: of added ones `additions.count`, one of each move, and of models with counts
-    so many sensors."""
+    """Return the candidates and the limits of allowed sets: `additions.count` added ones, one of each move, and of each
+    listed model from its least to its largest number of sensors."""
     listed, rest = candidates(rig, additions, seed, is_stale, moves), locked(rig, moves)
     most = [high for _, high in additions.counts.values()]
     room = np.array([additions.shared, *(1 for _ in moves), *most], np.int64)

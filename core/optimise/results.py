@@ -80,7 +80,7 @@ class Proposal:
 @dataclass(frozen=True)
 class OptimiseResult:
     """Proposals, the best first, then those of the front; no allowed set is better than `bound` in the frames of
-    choice, None where nothing bounds the figure.
+    choice; `bound` is None if nothing bounds the figure.
 
     All values are those of the objective's figure, in its unit. before, reference_value: of the rig itself and of the
     one that gains refer to, in the same frames. unmet: the requirements that the best proposal does not meet, None

@@ -184,7 +184,7 @@ def cast(problem: Problem, workers: int, is_stale: IsStale) -> Generator[Progres
 
 def filled(f: SetFunction, choices: Choices) -> SetFunction:
     """Return a function of sets that gives each slot the least that it needs before anything else: every moved sensor
-    somewhere, and so many sensors of a model."""
+    a place, and each listed model its least number of sensors."""
     least, limits = choices.least, choices.limits
     if not least.any():
         return f

@@ -242,8 +242,8 @@ class WorstCase(Requirement):
     """A figure of the rig as designed; with `failing` in the worst single failure of that kind, with `under` in the
     worst of the draws of a tolerance profile, with both in the worst failure in the worst draw.
 
-    Few draws within a limit show little: so many must be that at most `chance_at_most` of all draws exceed it, with
-    95 % confidence.
+    Few draws within a limit show little: there must be enough of them to say with 95 % confidence that at most
+    `chance_at_most` of all draws exceed it.
     """
 
     failing: What | None = None

@@ -43,7 +43,7 @@ class BoxStatistics:
     placed: by (class, sector, ring); sizes: by (class, edge, step), edges length, width, height; bottoms: those within
     NEAR_M by (class, step of the height of their lower side), and centres the same of their middle. flows: cars by
     FLOWS. frames: with boxes; most: boxes in one frame; repeated: frames that equal the one before. yaw_rad: the
-    largest yaw as a table has it. origin_m: place of the source's origin in the vehicle frame, metres, None where
+    largest yaw as a table has it. origin_m: place of the source's origin in the vehicle frame, metres, None if
     members differ; is_origin_known: whether the format fixes it.
     """
 
@@ -61,7 +61,7 @@ class BoxStatistics:
 
     @staticmethod
     def joined(parts: Iterable[BoxStatistics | None]) -> BoxStatistics | None:
-        """Return those of several sets of frames together; None where a set has none."""
+        """Return those of several sets of frames together, or None if a set has none."""
         listed = list(parts)
         known = [one for one in listed if one is not None]
         if not known or len(known) < len(listed):
