@@ -7,10 +7,12 @@ import json
 import os
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from riglens.core.errors import InputError
 from riglens.core.files import atomic_write
 from riglens.core.rig.model import Rig, Sensor
+from riglens.core.rig.plausible import implausible
 from riglens.core.rig.ray_file import reader_in
 from riglens.core.rig.yaml.check import check_rig, read_again, rig_from_nodes
 from riglens.core.rig.yaml.edit import edited_text
@@ -98,10 +100,12 @@ def rig_sha256(rig: Rig) -> str:
     return valid_rig_sha256(check_rig(rig))
 
 
-def identity_of(rig: Rig) -> dict[str, str]:
-    """Return what a document says of a rig: its name, its hash, and that housings block where they do."""
-    housings = {"housings": rig.housings} if rig.housings == "blocks" else {}
-    return {"name": rig.name, "sha256": rig_sha256(rig)} | housings
+def identity_of(rig: Rig) -> dict[str, Any]:
+    """Return what a document says of a rig: its name, its hash, that housings block where they do, and what is
+    implausible about it, if anything is."""
+    found: dict[str, Any] = {"name": rig.name, "sha256": rig_sha256(rig)}
+    found |= {"housings": rig.housings} if rig.housings == "blocks" else {}
+    return found | ({"notes": notes} if (notes := implausible(rig)) else {})
 
 
 def valid_rig_sha256(rig: Rig) -> str:

@@ -88,7 +88,11 @@ def test_what_is_implausible_about_a_rig_is_told_by_commands_and_python(riglens:
     new_rig_file(preset("Line").replace(sensors=(deep,))).save(tmp_path / "deep.yaml")
     (fact,) = implausible(load_rig(tmp_path / "deep.yaml").rig)
     assert fact in riglens("convert", tmp_path / "deep.yaml", tmp_path / "out.yaml").err
-    assert fact in riglens("evaluate", tmp_path / "deep.yaml", "--no-targets", *SMALL_GRID).err
+    outcome = riglens("evaluate", tmp_path / "deep.yaml", "Line", *SMALL_GRID, "--json", "-")
+    assert fact in outcome.err
+    document = json.loads(outcome.out)
+    for deep_one, good_one in (document["rigs"], document["targets"]["rigs"]):
+        assert deep_one["notes"] == [fact] and "notes" not in good_one
     with pytest.warns(rl.RigLensWarning) as told:
         rl.open_rig(tmp_path / "deep.yaml")
     assert any(fact in str(one.message) for one in told)
