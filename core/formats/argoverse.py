@@ -50,8 +50,9 @@ def read(source: Source, mounting: Mounting) -> Rig:
     if folder is None:
         raise InputError(f"{source.where}: a calibration needs {POSES} in the same folder")
     has_lenses = (folder / LENSES).is_file()
-    lenses = _rows(folder / LENSES, (*_PIXELS, *_RADIAL, "width_px", "height_px")) if has_lenses else {}
-    poses = _rows(folder / POSES, (*_QUATERNION, *_POSITION))
+    in_lenses = (*_PIXELS, *_RADIAL, "width_px", "height_px")
+    lenses = _rows(source.another(folder / LENSES), in_lenses) if has_lenses else {}
+    poses = _rows(source.another(folder / POSES), (*_QUATERNION, *_POSITION))
     for name, row in poses.items():
         _add(name, row, lenses.get(name), mounting)
     for name in lenses.keys() - poses.keys():
@@ -90,22 +91,21 @@ def _lens(row: Value, name: str, notes: Notes) -> dict[str, Any]:
     return {"image": row.image("width_px", "height_px"), "fx": fx, "fy": fy, "cx": cx, "cy": cy}
 
 
-def _rows(path: Path, numbers: tuple[str, ...]) -> _Rows:
+def _rows(file: Source, numbers: tuple[str, ...]) -> _Rows:
     """Return the rows of a Feather file by their `sensor_name`, each with these numbers; raise InputError."""
     # imported late: loading pyarrow takes longer than reading any other format
     from riglens.core.scene.readers.common import readable
     from riglens.core.scene.readers.feather import FeatherLimits, read_feather
 
-    where = str(path)
     limits = FeatherLimits("a calibration of Argoverse 2", 1_000_000, memory_bytes=16_000_000, rows=1_000)
-    with readable(path):
-        table = read_feather(path, ("sensor_name", *numbers), limits)
+    with readable(file.path):
+        table = read_feather(file.path, ("sensor_name", *numbers), limits, with_others=True)
     rows: _Rows = {}
     for index, row in enumerate(table.to_pylist(), 1):
-        name = Value(row["sensor_name"], where, f"row {index}.sensor_name").text()
+        name = Value(row.pop("sensor_name"), file.where, f"row {index}.sensor_name").text()
         if name in rows:
-            raise InputError(f"{where}: row {index}: sensor '{shortened(name)}' is given twice")
-        rows[name] = Value(row, where, f"row {index}")
+            raise InputError(f"{file.where}: row {index}: sensor '{shortened(name)}' is given twice")
+        rows[name] = file.value(row, f"row {index}")
     return rows
 
 

@@ -19,6 +19,7 @@ from riglens.core.formats.mounts import Mounting
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source
 from riglens.core.rig.model import Rig
+from riglens.core.rig.yaml.nodes import shortened
 
 IMAGE = (2448, 2048)
 _LIDAR, _CAMERA, _RADAR, _LENS = (
@@ -27,6 +28,7 @@ _LIDAR, _CAMERA, _RADAR, _LENS = (
     "T_radar_lidar.txt",
     "P_camera.txt",
 )
+_KNOWN = (_LIDAR, _CAMERA, _RADAR, _LENS)
 
 
 def recognises(source: Source) -> bool:
@@ -60,6 +62,9 @@ def read(source: Source, mounting: Mounting) -> Rig:
         mounting.add("camera", "camera", from_optical(pose), image=image, **pinhole(p))
     if _beside(source, _RADAR):
         notes.ignored("neither camera nor LiDAR", "radar")
+    others = [file.path.name for file in lidar.siblings("*") if file.path.name not in _KNOWN]
+    if others:
+        notes.ignored("other files are not used", *(shortened(name, 40) for name in others))
     notes.converted("from x right, y forward, and optical axes, through the LiDAR")
     return mounting.rig(f"Boreas {source.name}")
 

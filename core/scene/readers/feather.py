@@ -24,8 +24,10 @@ class FeatherLimits:
     rows: int
 
 
-def read_feather(path: Path, columns: Sequence[str], limits: FeatherLimits) -> pa.Table:
-    """Return these columns of a Feather file.
+def read_feather(
+    path: Path, columns: Sequence[str], limits: FeatherLimits, with_others: bool = False
+) -> pa.Table:
+    """Return these columns of a Feather file, and all others too if requested.
 
     Raise InputError for a file that is damaged, lacks a column or has it twice, or exceeds its limits. They are checked
     after each batch, so that a file takes at most one batch more than them.
@@ -40,6 +42,8 @@ def read_feather(path: Path, columns: Sequence[str], limits: FeatherLimits) -> p
             if names.count(name) != 1:
                 count = "is missing" if name not in names else "is there more than once"
                 raise InputError(f"{path}: column {name!r} {count}")
+        if with_others:
+            columns = list(dict.fromkeys(name for name in names if names.count(name) == 1))
         fields = [names.index(name) for name in columns]
         reader = pa.ipc.open_file(pa.py_buffer(data), options=pa.ipc.IpcReadOptions(included_fields=fields))
         _require(path, reader.num_record_batches, limits.rows, "batches of rows", limits)

@@ -19,6 +19,7 @@ from riglens.core.rig.model import Camera, Lidar
 from riglens.core.rig.yaml.file import dumps, loads
 from tests.core.formats.cases import VEHICLE, assert_same_pose, optical, pose_matrix, sensor_matrix
 from tests.core.formats.test_reports import has
+from tests.core.formats.test_unread import FIELDS
 
 PLACES = {
     "ring_front_center": optical(pose_matrix(((1.6, 0.0, 1.4), (0.0, 2.0, 1.0)))),
@@ -95,6 +96,21 @@ def test_origin_is_the_rear_axle_a_third_of_a_metre_above_the_ground(log: Path) 
     lidar = next(sensor for sensor in read.rig.sensors if sensor.name == "up_lidar")
     assert lidar.position == pytest.approx((1.35 - 1.34, 0.0, 1.64 + 0.33), abs=1e-9)
     assert read.rig.vehicle.rear_axle_x == -1.34
+
+
+@pytest.mark.parametrize("key, value", FIELDS.values())
+@pytest.mark.parametrize("name", [POSES, LENSES])
+def test_columns_that_are_not_used_are_named_with_their_value(
+    log: Path, name: str, key: str, value: object
+) -> None:
+    plain = read_rig(log)
+    assert not any("is not used" in line for line in plain.report.lines())
+    columns = poses() if name == POSES else lenses()
+    write(log / "calibration", name, columns | {key: [value] * len(columns["sensor_name"])})
+    read = read_rig(log)
+    (line,) = [line for line in read.report.lines() if f"'{key}'" in line]
+    assert line.startswith("ignored") and str(value).strip("[]")[:5] in line
+    assert read.rig == plain.rig
 
 
 def without(columns: dict[str, Any], name: str) -> dict[str, Any]:

@@ -44,7 +44,7 @@ PLACES: dict[str, tuple[str, str, str]] = {
 }
 """File, text before which a field is put, and how the format writes a field."""
 WITHOUT_NAMES = {"boreas"}
-"""Formats whose files hold numbers alone."""
+"""Formats whose files hold numbers alone: further files are named."""
 WITH_COLUMNS = {"argoverse"}
 """Formats of tables, see test_argoverse."""
 
@@ -85,6 +85,12 @@ def test_a_field_that_is_used_is_not_named(case: str) -> None:
 def test_other_fields_are_named(case: str) -> None:
     lines = read_files(with_field(case, "mood", "calm")).report.lines()
     assert any("not used" in line and "mood" in line and "calm" not in line for line in lines)
+
+
+def test_files_of_numbers_that_are_not_used_are_named() -> None:
+    more = {**SMALL["boreas"], "T_imu_lidar.txt": "1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"}
+    lines = read_files(more).report.lines()
+    assert any("not used" in line and "T_imu_lidar.txt" in line for line in lines)
 
 
 def test_fields_without_end_are_listed_shortly() -> None:
