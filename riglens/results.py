@@ -15,12 +15,14 @@ import numpy as np
 from riglens.core.blind.zones import HEIGHTS_M, BlindMap
 from riglens.core.engine.audit import RigAudit, SensorAudit, audit_document
 from riglens.core.engine.engine import Evaluation
+from riglens.core.errors import InputError
 from riglens.core.figures.documents import evaluation_document, figures_of, objects_document
 from riglens.core.figures.evaluated import Evaluated
-from riglens.core.figures.figure import Estimate
+from riglens.core.figures.figure import ALL, Estimate
 from riglens.core.figures.objects import ClassParts, ObjectFigure, Part, parts_by_class, parts_by_sector
-from riglens.core.figures.registry import object_figures
+from riglens.core.figures.registry import figure_named, object_figures
 from riglens.core.figures.sentence import changes_of, sentence
+from riglens.core.figures.weakest import Weakest, weakest_by_class
 from riglens.core.footprint.ground import Footprint
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import KindScore
@@ -192,6 +194,21 @@ class RigResult(ByName[ClassResult]):
         """Say in one sentence whether the rig is better than another in the same scene, by the leading figures."""
         return sentence(changes_of(self._evaluated, other._evaluated), other.rig.name)
 
+    @cached_property
+    def means(self) -> Mapping[str, Estimate]:
+        """Figures of all classes together by key: the leading ones of objects are means of the classes, shares of
+        entropy are weighted by it, entropies are added up."""
+        return {one.key: one.of(self._evaluated, ALL) for one in figures_of(self._evaluated)}
+
+    def weakest(self, key: str) -> Mapping[str, Weakest]:
+        """Return by class, and for "all", where a figure of objects is worst: class, sector, and the distance from
+        which it is worse than one half. Empty without objects."""
+        figure = figure_named(key)
+        if not isinstance(figure, ObjectFigure):
+            raise InputError(f"must be a figure of objects (got '{key}')", "key")
+        counted = self._evaluated.objects
+        return {} if counted is None else weakest_by_class(figure, counted)
+
     @property
     def covered_voxels(self) -> Mapping[str, int]:
         """Number of informative voxels seen by each kind of sensor and by "any"."""
@@ -207,15 +224,27 @@ class RigResult(ByName[ClassResult]):
         return evaluation_document(self.field, self._evaluation.settings, [self._evaluated])
 
     def rows(self) -> Rows:
-        """Return a row per class."""
-        return [
-            {
-                "class": name,
-                "h_total": found.h_total,
-                **{key: one.value for key, one in found.figures.items() if one.exists},
-            }
-            for name, found in self.items()
+        """Return a row per class, and a last one for the mean of the classes: figures, the standard errors of those
+        that have one, and their values with sensors of one kind alone."""
+        rows = [
+            {"class": name, "h_total": found.h_total} | _row_of(found.figures) for name, found in self.items()
         ]
+        means = {one.key: self.means[one.key] for one in self._means_of_classes}
+        return [*rows, {"class": "mean"} | _row_of(means)]
+
+    @property
+    def _means_of_classes(self) -> list[ObjectFigure]:
+        return [one for one in object_figures() if one.of_classes]
+
+
+def _row_of(figures: Mapping[str, Estimate]) -> dict[str, Any]:
+    """Return figures by key, with their standard errors and parts where they have any."""
+    found = dict[str, Any]()
+    for key, one in figures.items():
+        if one.exists:
+            errors = {f"{key}_se": one.se} if one.se else {}
+            found |= {key: one.value} | errors | {f"{key}_{kind}": part for kind, part in one.parts.items()}
+    return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -291,6 +320,7 @@ class TargetResult(ByName[ClassParts]):
             found[figure.key] = estimate.value if estimate.exists else None
             if not figure.is_median:
                 found[f"{figure.key}_se"] = estimate.se
+            found |= {f"{figure.key}_{kind}": value for kind, value in estimate.parts.items()}
         return found
 
 

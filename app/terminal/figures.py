@@ -11,9 +11,11 @@ from rich.text import Text
 from riglens.app.terminal.console import results
 from riglens.core.figures.evaluated import Evaluated
 from riglens.core.figures.figure import ALL, CLASSES_AND_ALL, Estimate, Figure
+from riglens.core.figures.objects import ObjectFigure
 from riglens.core.figures.registry import leading_figures
 from riglens.core.figures.sentence import changes_of, sentence
 from riglens.core.figures.text import UNITS, estimate_text, in_sentence, parts_text
+from riglens.core.figures.weakest import FEWEST, weakest_by_class, weakest_text
 from riglens.core.shown_text import visible
 
 
@@ -41,9 +43,22 @@ def leading_table(rigs: Sequence[Evaluated]) -> Iterator[Table | str]:
     yield made
     for rig in rigs[1:]:
         yield f"{visible(rig.rig.name)}: {sentence(changes_of(rig, rigs[0]), visible(rigs[0].rig.name))}."
+    for rig in rigs:
+        yield from _weakest(rig)
+    if any(rig.objects is not None for rig in rigs):
+        yield f"Worst: of classes and sectors with at least {FEWEST} objects."
     for figure in wanted:
         yield f"{figure.title}: {in_sentence(figure.tip)} Of {figure.region(rigs[0])}."
     yield from reasons
+
+
+def _weakest(rig: Evaluated) -> Iterator[str]:
+    """Yield where each figure of objects is worst, in the mean of the classes."""
+    for figure in leading_figures():
+        if rig.objects is not None and isinstance(figure, ObjectFigure):
+            said = weakest_text(figure, weakest_by_class(figure, rig.objects)[ALL])
+            if said:
+                yield f"{visible(rig.rig.name)}: {in_sentence(figure.title)}, {said}."
 
 
 def print_leading(rigs: Sequence[Evaluated]) -> None:

@@ -12,8 +12,9 @@ from riglens.core.figures.evaluated import Evaluated
 from riglens.core.figures.figure import ALL, Estimate, Figure
 from riglens.core.figures.objects import ObjectFigure, Part, parts_by_class, parts_by_sector
 from riglens.core.figures.predicted import PREDICTED
-from riglens.core.figures.registry import figures, object_figures
+from riglens.core.figures.registry import figures, leading_figures, object_figures
 from riglens.core.figures.sentence import changes_of, sentence
+from riglens.core.figures.weakest import weakest_by_class
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Body, MetricSettings, common_body
 from riglens.core.plain import to_plain
@@ -34,10 +35,11 @@ def evaluation_document(
     for written, one in zip(document["rigs"], rigs, strict=True):
         if one is not rigs[0]:
             written["against_first"] = sentence(changes_of(one, rigs[0]), rigs[0].rig.name)
-        written["figures"] = _written(one, ALL, [each for each in figures_of(one) if not each.per_class])
+        written["figures"] = _written(one, ALL, figures_of(one))
+        of_class = [each for each in figures_of(one) if each.per_class]
         for name in CLASSES:
-            of_class = [each for each in figures_of(one) if each.per_class]
             written["classes"][name]["figures"] = _written(one, name, of_class)
+        _add_weakest(one, written)
     counted = [one.objects for one in rigs if one.objects is not None]
     return document | ({"targets": objects_document(counted)} if counted else {})
 
@@ -45,6 +47,17 @@ def evaluation_document(
 def figures_of(rig: Evaluated) -> tuple[Figure, ...]:
     """Return the figures of the kinds of sensors that a rig has."""
     return figures(_kinds(rig.rig))
+
+
+def _add_weakest(rig: Evaluated, written: Mapping[str, Any]) -> None:
+    """Add where the leading figures of objects are worst to those of the rig and of its classes."""
+    if rig.objects is None:
+        return
+    rooms = {ALL: written["figures"]} | {name: written["classes"][name]["figures"] for name in CLASSES}
+    for figure in leading_figures():
+        if isinstance(figure, ObjectFigure):
+            for who, found in weakest_by_class(figure, rig.objects).items():
+                rooms[who][figure.key]["weakest"] = found.as_dict()
 
 
 def _written(rig: Evaluated, who: str, wanted: Sequence[Figure]) -> dict[str, Any]:

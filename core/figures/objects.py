@@ -127,6 +127,12 @@ class ObjectFigure(Figure):
             found[who] = cells
         return found
 
+    def means_by(self, counted: Counted, every: Sequence[By]) -> list[tuple[Counts, Doubles]]:
+        """Return the number of objects with a value and the figure, cut in several ways into parts, both
+        (len(CLASSES_AND_ALL), parts); 0 without objects."""
+        values = self.values(counted)
+        return [self._means(counted.groups, by, values)[:2] for by in every]
+
     def _means(self, groups: Groups, by: By, values: Doubles) -> tuple[Counts, Doubles, Doubles]:
         """Return the number of objects with a value, their mean or median, and its standard error, each
         (len(CLASSES_AND_ALL), parts); 0 without objects."""

@@ -32,7 +32,7 @@ def test_the_json_holds_every_key_of_the_promise(riglens, boxes):
     for scores in wide["classes"].values():
         assert list(scores) == ["h_total", "camera", "lidar", "any", "s_ms", "figures"]
         assert scores["figures"]["s_ms"]["value"] == scores["s_ms"]
-        assert scores["figures"]["share_5"].keys() == {"value", "se", "state", "reason"}
+        assert scores["figures"]["share_5"].keys() == {"value", "se", "state", "reason", "weakest"}
         assert scores["figures"]["predicted"]["parts"].keys() == {"lidar", "camera"}
     assert center["classes"]["car"]["figures"]["share_25px"]["value"] is None
     assert "camera" in center["classes"]["car"]["figures"]["share_25px"]["reason"]
