@@ -14,6 +14,8 @@ from riglens.core.rig.yaml.nodes import shortened
 GLTF = (".gltf", ".glb")
 MAX_NODES = 10_000
 MAX_GROUPS = 10_000
+MAX_LEVELS = 100
+"""Of nodes below each other, far above those of a car: parsers walk up from every node."""
 _LOOKS = ("KHR_materials_", "KHR_texture_", "KHR_lights_", "EXT_texture_", "MSFT_texture_")
 """Extensions of glTF that change how a mesh looks, not where it is; quantized points are read as they are."""
 _GROUP = re.compile(rb"^[ \t]*(?:usemtl|o|g)[ \t]", re.MULTILINE)
@@ -55,25 +57,25 @@ def _check_tree(tree: dict[str, Any]) -> None:
         rotation = _list(node, "rotation")
         if rotation and not any(rotation):
             raise InputError(f"node {number}: rotation must be a quaternion other than zero")
-    _check_circles([_list(node, "children") for node in nodes])
+    _check_trees([_list(node, "children") for node in nodes])
 
 
-def _check_circles(children: list[list[Any]]) -> None:
-    """Raise InputError unless the nodes are trees; a node below two others may be drawn very many times."""
+def _check_trees(children: list[list[Any]]) -> None:
+    """Raise InputError unless the nodes are flat trees; a node below two others may be drawn very many times."""
     below = list(chain.from_iterable(children))
     for child in below:
         if not isinstance(child, int) or not 0 <= child < len(children):
             raise InputError(
                 f"children of nodes must be 0 to {len(children) - 1} (got {shortened(str(child), 20)})"
             )
-    ahead = sorted({*range(len(children))} - {*below})
-    met = 0
-    while ahead:
-        met += 1
-        ahead.extend(children[ahead.pop()])
-        if met > len(children):
-            break
-    if met != len(children) or len(below) != len({*below}):
+    level, met = sorted({*range(len(children))} - {*below}), 0
+    if len(below) == len({*below}):
+        for _ in range(MAX_LEVELS):
+            met += len(level)
+            level = [child for node in level for child in children[node]]
+        if level:
+            raise InputError(f"nodes must be at most {MAX_LEVELS} levels deep")
+    if met != len(children):
         raise InputError("nodes must be trees: one is below itself, or below two others")
 
 

@@ -23,7 +23,7 @@ from riglens.core.vehicle.mesh import (
 )
 from riglens.core.vehicle.mesh_file import mesh_path, read_mesh
 from riglens.core.vehicle.mesh_parse import FolderResolver, parse_mesh
-from riglens.core.vehicle.mesh_structure import MAX_GROUPS, MAX_NODES
+from riglens.core.vehicle.mesh_structure import MAX_GROUPS, MAX_LEVELS, MAX_NODES
 
 CORNERS = np.array([[0, 0, 0], [2, 0, 0], [0, 1, 0], [0, 0, 3]], dtype=np.float32)
 FACES = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]], dtype=np.uint16)
@@ -170,6 +170,12 @@ def nodes(*rows: dict[str, object]) -> bytes:
     return gltf(nodes=[{"mesh": 0}, *rows]).encode()
 
 
+def levels(count: int) -> bytes:
+    return gltf(
+        nodes=[*({"mesh": 0, "children": [below]} for below in range(1, count)), {"mesh": 0}]
+    ).encode()
+
+
 def glb(tree: str) -> bytes:
     content = tree.encode() + b" " * (-len(tree) % 4)
     return struct.pack("<4sIIII", b"glTF", 2, 20 + len(content), len(content), 0x4E4F534A) + content
@@ -190,6 +196,7 @@ def glb(tree: str) -> bytes:
         ("a.gltf", nodes({"children": [3]}, {"children": [3]}, {"mesh": 0}), "below two others"),
         ("a.gltf", nodes({"children": [9]}), r"children of nodes must be 0 to 1 \(got 9\)"),
         ("a.gltf", nodes(*[{}] * MAX_NODES), "more than 10,000 nodes"),
+        ("a.gltf", levels(MAX_LEVELS + 1), "at most 100 levels deep"),
         ("a.gltf", gltf(meshes=[{"primitives": [{}] * (MAX_GROUPS + 1)}]), "more than 10,000 groups"),
         ("a.obj", OBJ + "usemtl a\n" * (MAX_GROUPS + 1), "more than 10,000 groups"),
     ],
@@ -200,6 +207,11 @@ def test_what_a_parser_would_not_read_or_not_end_is_refused_before(
     monkeypatch.setattr(trimesh, "load_scene", None)
     with pytest.raises(InputError, match=said):
         parse_mesh(written(tmp_path, name, content))
+
+
+def test_nodes_may_lie_below_each_other_as_deep_as_the_limit(tmp_path):
+    path = written(tmp_path, "a.gltf", levels(MAX_LEVELS))
+    assert len(parse_mesh(path)["triangles"]) == 4 * MAX_LEVELS
 
 
 def test_what_only_changes_the_looks_of_a_mesh_may_be_required(tmp_path):
