@@ -132,6 +132,7 @@ def build(menus: list[dict[str, Any]]) -> int:
     from mkdocs.exceptions import Abort
     from pymdownx.slugs import slugify
 
+    options = {"docstring_style": "numpy", "extensions": ["tools.docs_arguments"]}
     config = {
         "site_name": "RigLens",
         "docs_dir": str(PAGES),
@@ -145,11 +146,7 @@ def build(menus: list[dict[str, Any]]) -> int:
         },
         "plugins": [
             "material/search",
-            {
-                "mkdocstrings": {
-                    "handlers": {"python": {"paths": [str(ROOT)], "options": {"docstring_style": "numpy"}}}
-                }
-            },
+            {"mkdocstrings": {"handlers": {"python": {"paths": [str(ROOT)], "options": options}}}},
         ],
         "validation": {"anchors": "warn", "omitted_files": "ignore"},
     }
