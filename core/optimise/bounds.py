@@ -40,37 +40,43 @@ Cap = tuple[CoverTable, Limits]
 
 
 def bounded(
-    figure: SetFunction, goal: SetFunction, limits: Limits, chosen: list[int], caps: Sequence[Cap]
+    figure: SetFunction,
+    goal: SetFunction,
+    limits: Limits,
+    chosen: list[int],
+    caps: Sequence[Cap],
+    is_submodular: bool,
 ) -> Generator[Now, None, tuple[list[int], Bound | None]]:
-    """Try to prove a set, the best found; bound it by cuts of the least concave functions above it where that takes too
-    many steps, or where the figure is not submodular. Return the best set and its bound, or None if nothing bounds it.
+    """Try to prove a set, the best found, where the figure is submodular; bound it by cuts of functions above it where
+    that takes too many steps. Return the best set and its bound, or None if nothing bounds it.
 
     figure: what is bounded; goal: the same after what comes before it, which counts whole units.
     """
-    if any(table is figure for table, _ in caps):
+    bounds = list[int]()
+    if is_submodular:
         first = goal.value(chosen) - figure.value(chosen)  # what comes before the figure is all there
         proof = branch_and_bound(goal, limits, chosen)
-        chosen, proven = yield from _falling("proving", chosen, proof, first)
+        (chosen, proven), least = yield from _falling("proving", chosen, proof, first)
         if proven:
             return chosen, Bound(figure.value(chosen), "proven")
-    bounds = list[int]()
+        bounds += [] if least is None else [least]
     for table, its_limits in caps:
         cuts = fractional_bound(table, its_limits, chosen)
-        bounds.append((yield from _falling("bounding", chosen, cuts)))
+        bounds.append((yield from _falling("bounding", chosen, cuts))[0])
     return chosen, Bound(min(bounds), "cuts") if bounds else None
 
 
 def _falling(
     stage: str, chosen: list[int], steps: Generator[int, None, T], first: int = 0
-) -> Generator[Now, None, T]:
-    """Run steps that yield bounds, and yield the least so far, without what comes first."""
+) -> Generator[Now, None, tuple[T, int | None]]:
+    """Run steps that yield bounds, and yield the least so far, without what comes first; return that, too."""
     least: int | None = None
     while True:
         try:
             bound = next(steps) - first
         except StopIteration as end:
             found: T = end.value
-            return found
+            return found, least
         least = bound if least is None else min(least, bound)
         yield stage, chosen, least
 

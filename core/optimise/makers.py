@@ -1,14 +1,10 @@
-"""Make tables of what sensors cover: cells and heights of objects, voxels, and ground around the car."""
+"""Make tables of what sensors cover: voxels, and ground around the car."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections import deque
 from collections.abc import Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import replace
-from threading import Event
-from typing import cast
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,42 +12,44 @@ from numpy.typing import NDArray
 from riglens.core.blind.zones import BlindEngine, BlindSettings
 from riglens.core.engine.caster import Caster
 from riglens.core.errors import Cancelled, IsStale, never_stale
-from riglens.core.kernels.objects.counts import CELLS
-from riglens.core.kernels.objects.unique_cells import CELL_M
-from riglens.core.kernels.optimise import gains as kernel
 from riglens.core.metric.entropy import EntropyField
-from riglens.core.optimise.problem import Problem
-from riglens.core.optimise.tables import UNIT, Cells, CoverTable, Doubles, Ids
+from riglens.core.optimise.tables import UNIT, Cells, CoverTable, Doubles, Ids, Table
 from riglens.core.optimise.weights import Weights
-from riglens.core.rig.model import Camera, Rig, Sensor
+from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.columns import empty_words
 from riglens.core.sensing.body_ends import barrier_of
-from riglens.core.targets.contribution import Contribution, TargetCaster
-from riglens.core.targets.joining import heights_px
-from riglens.core.targets.settings import CELLS_SCALE, HEIGHT_PX, TargetSettings
-from riglens.core.targets.traffic import Traffic
-from riglens.core.vehicle.solid import Solid, solid_of
+from riglens.core.vehicle.solid import Solid
 
-MOST_CELLS = 256
-"""More cells of one object add less than half an integer."""
+C = TypeVar("C")
 USUAL_GROUND = BlindSettings()
-_HALF_CELLS = 1 << 20
-"""Index at which `kernels.objects.unique_cells` packs cell 0."""
 
 
-class TableMaker(ABC):
-    """Maker of tables from what sensors cover, numbered below `size`: row (objects,) and worth as there."""
-
-    def __init__(self, size: int, row: NDArray[np.uint8], worth: Ids, workers: int) -> None:
-        self.size, self._row, self._worth, self._workers = size, row, worth, workers
+class Maker(ABC, Generic[C]):
+    """Maker of tables from what sensors cover."""
 
     @abstractmethod
-    def cells_of(self, sensors: Sequence[Sensor], is_stale: IsStale = never_stale) -> Cells:
-        """Return the numbers that sensors cover, each once, rising; raise Cancelled as soon as `is_stale`."""
+    def cells_of(self, sensors: Sequence[Sensor], is_stale: IsStale = never_stale) -> C:
+        """Return what sensors cover together; raise Cancelled as soon as `is_stale`."""
 
-    def each(self, sets: Sequence[Sequence[Sensor]], is_stale: IsStale = never_stale) -> Iterator[Cells]:
-        """Yield the numbers that each of some sets of sensors covers, in order."""
+    @abstractmethod
+    def joined(self, parts: Sequence[C]) -> C:
+        """Return what is covered by several."""
+
+    @abstractmethod
+    def value(self, cells: C) -> int:
+        """Return the value of sensors that cover this."""
+
+    @abstractmethod
+    def table(self, base: C, cells: Sequence[C]) -> Table:
+        """Return the table of candidates next to what sensors of the rig cover."""
+
+    @abstractmethod
+    def gains_next_to(self, table: Any, base: C) -> Ids:
+        """Return what each candidate of a table without a base adds next to one."""
+
+    def each(self, sets: Sequence[Sequence[Sensor]], is_stale: IsStale = never_stale) -> Iterator[C]:
+        """Yield what each of some sets of sensors covers, in order."""
         return (self.cells_of(sensors, is_stale) for sensors in sets)
 
     def shown(self, value: float) -> float:
@@ -61,6 +59,22 @@ class TableMaker(ABC):
     def shown_gains(self, gains: Ids) -> Doubles:
         """Return by how much the figure is better for gains in integers, in its own unit."""
         return np.asarray(gains / UNIT)
+
+
+class TableMaker(Maker[Cells]):
+    """Maker of tables from numbers below `size` that sensors cover, each once, rising: row (objects,) and worth as
+    there."""
+
+    def __init__(self, size: int, row: NDArray[np.uint8], worth: Ids, workers: int) -> None:
+        self.size, self._row, self._worth, self._workers = size, row, worth, workers
+
+    def joined(self, parts: Sequence[Cells]) -> Cells:
+        """Return the numbers that are covered by any."""
+        return parts[0] if len(parts) == 1 else np.unique(np.concatenate([np.zeros(0, np.int32), *parts]))
+
+    def gains_next_to(self, table: CoverTable, base: Cells) -> Ids:
+        """Return what each candidate of a table adds to numbers that are covered."""
+        return table.gains_in(table.given(base, self.known(base)), np.arange(table.size))
 
     def owners_of(self, numbers: Cells | Ids) -> Cells:
         """Return the objects of rising numbers: these themselves, where each object has one cell."""
@@ -86,150 +100,6 @@ class TableMaker(ABC):
         kept = [place[one[used[one]]] for one in cells]
         owner = self.owners_of(numbers)
         return CoverTable(kept, owner, self.known(base), self._row, self._worth, self._workers, numbers)
-
-
-class CellSpace:
-    """Numbers for the cells of the objects that count in the first `frames` frames: a block of cells around each."""
-
-    def __init__(self, traffic: Traffic, frames: int) -> None:
-        self.box = np.flatnonzero(traffic.counts[: traffic.starts[frames]])
-        reach = np.floor(traffic.size_m[self.box] / 2.0 / CELL_M).astype(np.int64) + 2
-        self._low, self._span = _HALF_CELLS - reach, 2 * reach
-        self.base = np.concatenate([[0], np.cumsum(self._span.prod(axis=1))])
-
-    @property
-    def size(self) -> int:
-        """Numbers in all."""
-        return int(self.base[-1])
-
-    def numbers(self, one: Contribution) -> Cells:
-        """Return the numbers of the cells that a sensor hits, each once."""
-        count = len(self.box)
-        found = np.empty(int(one.found[CELLS].sum()), np.int32)
-        inside = kernel.number_cells(
-            one.cell_starts[:count], one.found[CELLS], one.cells, self.base, self._low, self._span, found
-        )
-        if not inside:
-            raise ValueError("a cell lies outside of its object's block")
-        return found
-
-
-Worth = tuple[NDArray[np.uint8], Ids]
-"""Rows of objects (k,), and the worth by number of cells, (rows, most + 1)."""
-
-
-def worth_of(shares: Doubles, cls: NDArray[np.uint8], ring: Doubles, weights: Weights) -> Worth:
-    """Return the worth of objects of classes (k,), weighed by distance (k,), by their shares (classes, most + 1) of a
-    number of cells: the mean over the classes that occur of the weighed mean of their objects.
-
-    Steps are rounded, not sums, so that they never rise where those of the shares do not.
-    """
-    total = np.bincount(cls, ring, len(CLASSES))
-    by_class = weights.by_class
-    there = float(by_class[total > 0.0].sum()) or 1.0
-    levels, level = np.unique(ring, return_inverse=True)
-    steps = np.diff(shares, axis=1) / np.where(total > 0.0, total, 1.0)[:, None] / there * UNIT
-    steps = np.concatenate([steps * by_class[:, None] * one for one in levels] or [steps[:0]])
-    sums = np.cumsum(np.round(steps).astype(np.int64), axis=1)
-    row = (level * len(CLASSES) + cls).astype(np.uint8)
-    return row, np.concatenate([np.zeros((len(steps), 1), np.int64), sums], axis=1)
-
-
-def hit_shares() -> Doubles:
-    """Return 1 - exp(-cells / 5) of numbers of cells, the same for all classes, (classes, most + 1)."""
-    return np.tile(1.0 - np.exp(-np.arange(MOST_CELLS + 1) / CELLS_SCALE), (len(CLASSES), 1))
-
-
-class ObjectTableMaker(TableMaker):
-    """Table maker that casts LiDARs or cameras into traffic and finds what they cover of the objects in its first
-    frames that count.
-
-    shares: worth of an object by class and number of cells, (classes, most + 1).
-    """
-
-    def __init__(
-        self,
-        traffic: Traffic,
-        frames: int,
-        settings: TargetSettings,
-        solid: Solid | None,
-        workers: int,
-        weights: Weights,
-        shares: Doubles,
-    ) -> None:
-        self._traffic, self._frames, self._solid = traffic, frames, solid
-        self._settings = replace(settings, min_points=1)
-        self._caster, self._serial = TargetCaster(traffic, workers), TargetCaster(traffic)
-        box = np.flatnonzero(traffic.counts[: traffic.starts[frames]])
-        ring = weights.at(traffic.distance_m[box])
-        self._objects = shares, traffic.cls[box], ring
-        super().__init__(self._numbers(), *worth_of(*self._objects, weights), workers)
-
-    @abstractmethod
-    def _numbers(self) -> int:
-        """Return how many numbers there are."""
-
-    @abstractmethod
-    def _covered(self, sensor: Sensor, one: Contribution) -> Cells:
-        """Return the numbers that a sensor covers by its hits, each once."""
-
-    def cells_of(self, sensors: Sequence[Sensor], is_stale: IsStale = never_stale) -> Cells:
-        """Return the numbers that sensors cover."""
-        return self._cast(self._caster, sensors, is_stale)
-
-    def each(self, sets: Sequence[Sequence[Sensor]], is_stale: IsStale = never_stale) -> Iterator[Cells]:
-        """Yield the numbers that each of some sets covers, in order.
-
-        Each sensor is cast by one thread, several at a time: threads that share the few rays of one gain little.
-        """
-        is_over, waiting = Event(), deque[Future[Cells]]()
-        with ThreadPoolExecutor(self._workers) as pool:
-            try:
-                for sensors in sets:
-                    waiting.append(pool.submit(self._cast, self._serial, sensors, is_over.is_set))
-                    if len(waiting) > self._workers:
-                        yield waiting.popleft().result()
-                    if is_stale():
-                        raise Cancelled
-                while waiting:
-                    yield waiting.popleft().result()
-            finally:
-                is_over.set()
-
-    def _cast(self, caster: TargetCaster, sensors: Sequence[Sensor], is_stale: IsStale) -> Cells:
-        found = [np.zeros(0, np.int32)]
-        for sensor in sensors:
-            barrier = None if self._solid is None else barrier_of(sensor, self._solid)
-            one = caster.cast(sensor, self._settings, barrier, (0, self._frames), is_stale)
-            if one is None:
-                raise Cancelled
-            found.append(np.sort(self._covered(sensor, one)))
-        return found[1] if len(found) == 2 else np.unique(np.concatenate(found))
-
-
-class HitTableMaker(ObjectTableMaker):
-    """Table maker that finds the cells that LiDARs hit on objects."""
-
-    def _numbers(self) -> int:
-        self._space = CellSpace(self._traffic, self._frames)
-        return self._space.size
-
-    def _covered(self, sensor: Sensor, one: Contribution) -> Cells:
-        return self._space.numbers(one)
-
-    def owners_of(self, numbers: Cells | Ids) -> Cells:
-        """Return the objects of cells."""
-        return np.searchsorted(self._space.base, numbers, side="right").astype(np.int32) - 1
-
-
-class CameraTableMaker(ObjectTableMaker):
-    """Table maker that finds the objects that are 25 px tall or more in a camera's picture, each worth its share."""
-
-    def _numbers(self) -> int:
-        return len(self._objects[1])
-
-    def _covered(self, sensor: Sensor, one: Contribution) -> Cells:
-        return np.flatnonzero(heights_px(cast(Camera, sensor), one.found) >= HEIGHT_PX).astype(np.int32)
 
 
 class SeenTableMaker(TableMaker):
@@ -309,20 +179,3 @@ class GroundTableMaker(TableMaker):
     def owners_of(self, numbers: Cells | Ids) -> Cells:
         """Return the one object."""
         return np.zeros(len(numbers), np.int32)
-
-
-def maker_of(problem: Problem, workers: int) -> TableMaker | None:
-    """Return the maker of tables for the objective of a problem; None for one that has none."""
-    tables, rig = problem.goal.tables, problem.rig
-    if tables == "none":
-        return None
-    if tables == "ground":
-        return GroundTableMaker(rig, problem.ground_m, workers, is_objective=True)
-    solid = solid_of(rig.vehicle) if rig.self_occlusion else None
-    if tables in ("voxels", "entropies"):
-        assert problem.voxels is not None
-        return SeenTableMaker(problem.voxels, solid, workers, problem.weights, tables == "entropies")
-    of_objects = (problem.traffic, problem.frames, problem.settings, solid, workers, problem.weights)
-    if tables == "heights":
-        return CameraTableMaker(*of_objects, np.tile([0.0, 1.0], (len(CLASSES), 1)))
-    return HitTableMaker(*of_objects, hit_shares())

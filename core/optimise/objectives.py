@@ -12,10 +12,11 @@ from riglens.core.figures.figure import Figure
 from riglens.core.figures.hits import ON_TARGET, TALL
 from riglens.core.figures.objects import ObjectFigure
 from riglens.core.figures.registry import figures
+from riglens.core.optimise.chances import has_chances
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.sensors.lidar import LIDAR
 
-Tables = Literal["cells", "heights", "voxels", "entropies", "ground", "none"]
+Tables = Literal["cells", "heights", "chances", "voxels", "entropies", "ground", "none"]
 """Things that candidates cover, of which tables are made; "none": each set is evaluated anew, and nothing bounds it."""
 _TABLES: dict[str, Tables] = {
     ON_TARGET.key: "cells",
@@ -90,6 +91,8 @@ def _tables_of(figure: Figure) -> Tables | None:
     """Return what tables of a figure are made of; None for one that no search can improve."""
     if figure.key in _TABLES:
         return _TABLES[figure.key]
+    if has_chances(figure):
+        return "chances"
     if isinstance(figure, VoxelFigure):
         return None if figure.covered_by is None else "voxels"
     is_mean = isinstance(figure, ObjectFigure) and not figure.is_median and not figure.in_domain

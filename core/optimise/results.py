@@ -147,7 +147,7 @@ class OptimiseResult:
         where = f"on these {self.candidates} mounts"
         frames = f" in these {self.problem.frames} frames" if self.problem.goal.of_objects else ""
         if self.bound is None or self.gap is None:
-            return f"the best {some} that was found {where}, without a bound on others{frames}"
+            return f"the best {some} that was found {where}; no bound on others{frames}"
         if self.bound.kind == "proven":
             return f"no {some} {where} is better{frames} (proven)"
         gap = math.ceil(abs(self.gap) * 1000.0) / 10.0

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.errors import IsStale, never_stale
-from riglens.core.optimise.makers import TableMaker
+from riglens.core.optimise.makers import Maker
 from riglens.core.optimise.mounts import Candidate
 from riglens.core.optimise.objectives import Objective
-from riglens.core.optimise.tables import Cells
 from riglens.core.rig.model import Rig, Sensor
 
 Doubles = NDArray[np.float64]
@@ -25,11 +25,11 @@ class SkinGains:
     """
 
     def __init__(
-        self, goal: Objective, maker: TableMaker, listed: Sequence[Candidate], cells: Sequence[Cells]
+        self, goal: Objective, maker: Maker[Any], listed: Sequence[Candidate], cells: Sequence[Any]
     ) -> None:
         self.candidates, self._goal = tuple(listed), goal
-        self._maker, self._table = maker, maker.table(np.zeros(0, np.int32), cells)
-        self._held: dict[Sensor, Cells] = {}
+        self._maker, self._table = maker, maker.table(maker.joined([]), cells)
+        self._held: dict[Sensor, Any] = {}
         spots = {one.spot: one.on for one in listed if one.on is not None}
         self._numbers = sorted(spots)
         points = np.array([spots[one].point_m for one in self._numbers]).reshape(-1, 3)
@@ -43,13 +43,12 @@ class SkinGains:
     def gains(self, rig: Rig, is_stale: IsStale = never_stale) -> Doubles:
         """Return by how much each candidate would improve the rig, (n,), in the unit of the figure."""
         own = self._goal.sensors_of(rig)
-        self._held = {one: self._held.get(one, _UNKNOWN) for one in own}
-        for one, cells in self._held.items():
-            if cells is _UNKNOWN:
-                self._held[one] = self._maker.cells_of([one], is_stale)
-        base = np.unique(np.concatenate([np.zeros(0, np.int32), *self._held.values()]))
-        state = self._table.given(base, self._maker.known(base))
-        return self._maker.shown_gains(self._table.gains_in(state, np.arange(self._table.size)))
+        self._held = {
+            one: self._held[one] if one in self._held else self._maker.cells_of([one], is_stale)
+            for one in own
+        }
+        base = self._maker.joined(list(self._held.values()))
+        return self._maker.shown_gains(self._maker.gains_next_to(self._table, base))
 
     def by_spot(self, gains: Doubles) -> Doubles:
         """Return the best gain at each spot, (m,)."""
@@ -59,6 +58,3 @@ class SkinGains:
                 best[one.spot] = max(best[one.spot], gain)
         found = np.array([best[one] for one in self._numbers])
         return np.concatenate([found, found]) if self._is_paired else found
-
-
-_UNKNOWN: Cells = np.zeros(0, np.int32)

@@ -38,7 +38,9 @@ def solved(space: Space) -> Generator[Now, None, Solution]:
     """Search for the best set and bound it; where it does not meet requirements, search on for one that does."""
     limits, problem = space.choices.limits, space.problem
     chosen = yield from _steps("searching", None, _searched(space, limits))
-    chosen, bound = yield from bounded(space.figure, space.goal, limits, chosen, space.caps)
+    chosen, bound = yield from bounded(
+        space.figure, space.goal, limits, chosen, space.caps, space.is_submodular
+    )
     unmet = None
     if problem.unmet is not None:
         chosen, unmet = yield from _meeting(space, problem.unmet, chosen, bound)

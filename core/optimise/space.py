@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from riglens.core.errors import IsStale
 from riglens.core.optimise.bounds import Cap
 from riglens.core.optimise.guard import ObjectSampler
-from riglens.core.optimise.makers import GroundTableMaker, TableMaker, maker_of
+from riglens.core.optimise.makers import GroundTableMaker, Maker, TableMaker
 from riglens.core.optimise.mounts import Candidate, Choices, choices_of, mounted
+from riglens.core.optimise.object_makers import maker_of
 from riglens.core.optimise.problem import Problem
 from riglens.core.optimise.results import Progress
 from riglens.core.optimise.search import AtLeast, Limits, greedy
@@ -80,7 +82,8 @@ class Space:
     """Candidates of a problem and what sets of them are worth, in integers.
 
     figure: the objective; goal: the same after every moved sensor has a place; plain: that without failures; caps:
-    tables with limits of sets whose best is worth no less than that of the objective; sampler: of objectives of
+    tables with limits of sets whose best is worth no less than that of the objective; is_submodular: whether the
+    objective's gains never grow with the set; sampler: of objectives of
     objects; maker: makes the tables, or measures each set; skin: gains of single candidates, where there are tables.
     """
 
@@ -90,8 +93,9 @@ class Space:
     goal: SetFunction
     plain: SetFunction
     caps: Sequence[Cap]
+    is_submodular: bool
     sampler: ObjectSampler
-    maker: TableMaker | MeasuredSets
+    maker: Maker[Any] | MeasuredSets
     skin: SkinGains | None
     ground: Ground | None
     is_stale: IsStale
@@ -110,7 +114,7 @@ class Space:
         problem = self.problem
         if problem.goal.of_objects:
             return self.sampler(rig, problem.settings, (0, problem.frames)).value
-        assert isinstance(self.maker, TableMaker)
+        assert isinstance(self.maker, Maker)
         own = problem.goal.sensors_of(rig)
         return self.maker.shown(self.maker.value(self.maker.cells_of(own, self.is_stale)))
 
@@ -149,16 +153,15 @@ def cast(problem: Problem, workers: int, is_stale: IsStale) -> Generator[Progres
     ground = None if problem.blind_m is None else GroundTableMaker(problem.rig, problem.blind_m, workers)
     order = np.random.default_rng(problem.seed).permutation(len(listed)).tolist()
     maker = maker_of(problem, workers) or MeasuredSets(problem, listed, sampler)
-    own, base, best = goal.sensors_of(choices.rest), _NOTHING, None
-    if isinstance(maker, TableMaker):
-        base = maker.cells_of(own, is_stale)
+    own, best = goal.sensors_of(choices.rest), None
+    base: Any = maker.cells_of(own, is_stale) if isinstance(maker, Maker) else _NOTHING
     first = min(FIRST // (2 if problem.additions.mirrored else 1), len(listed))
-    cells, columns = dict[int, Cells](), dict[int, Cells]()
+    cells, columns = dict[int, Any](), dict[int, Cells]()
     each = maker.each([listed[one].sensors for one in order], is_stale)
     for number, (one, covers) in enumerate(zip(order, each, strict=True), 1):
         cells[one] = covers
         columns[one] = _NOTHING if ground is None else ground.cells_of(listed[one].sensors)
-        if number == first and isinstance(maker, TableMaker):
+        if number == first and isinstance(maker, Maker):
             some = sorted(cells)
             table = maker.table(base, [cells[one] for one in some])
             picked = [some[place] for place in greedy(table, limits.among(some))]
@@ -169,17 +172,21 @@ def cast(problem: Problem, workers: int, is_stale: IsStale) -> Generator[Progres
         second = Ground(ground, problem.rig, choices.rest, [columns[one] for one in range(len(listed))])
     if isinstance(maker, MeasuredSets):
         worth = filled(maker, choices)
-        return Space(problem, choices, maker, worth, worth, (), sampler, maker, None, second, is_stale)
+        return Space(problem, choices, maker, worth, worth, (), False, sampler, maker, None, second, is_stale)
     found = [cells[one] for one in range(len(listed))]
     table = maker.table(base, found)
     figure: SetFunction = table
-    caps, plain = [(table.concave(), limits)], filled(table, choices)
-    worth = plain
+    above, plain = table.above(), filled(table, choices)
+    caps, worth = [] if above is None else [(above, limits)], plain
     if goal.one_fails:
+        assert isinstance(maker, TableMaker)
         figure, caps = _with_failures(maker, choices, found, own, is_stale)
         worth = filled(figure, choices)
     skin = SkinGains(goal, maker, listed, found)
-    return Space(problem, choices, figure, worth, plain, caps, sampler, maker, skin, second, is_stale)
+    is_submodular = table.is_submodular and not goal.one_fails
+    return Space(
+        problem, choices, figure, worth, plain, caps, is_submodular, sampler, maker, skin, second, is_stale
+    )
 
 
 def filled(f: SetFunction, choices: Choices) -> SetFunction:
@@ -220,9 +227,9 @@ def _with_failures(
     room = np.array([max(0, limits.count - 1), int(any(len(some) > 1 for some in places))], np.int64)
     slot = np.repeat([0, 1], [count, len(alone)])
     free = Limits(int(room.sum()), np.zeros(size), np.inf, np.eye(size, dtype=np.bool_), slot, room)
-    caps = [(maker.table(np.unique(np.concatenate([_NOTHING, *own])), [*cells, *alone]), free)]
+    caps = [(maker.table(maker.joined(own), [*cells, *alone]), free)]
     rests = [[one for one in own if one is not lost] for lost in own]
-    bases = [np.unique(np.concatenate([_NOTHING, *rest])) for rest in rests]
+    bases = [maker.joined(rest) for rest in rests]
     if bases:
         caps.append((maker.table(min(bases, key=maker.value), cells), limits))
     return figure, caps

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass
 from itertools import pairwise, takewhile
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ Cells = NDArray[np.int32]
 Doubles = NDArray[np.float64]
 UNIT = 1 << 44
 """Integers for a value of 1: rounding stays far below the printed digits."""
-_FEW = 32
+FEW = 32
 """Gains that one thread finds sooner than several."""
 _MOST_PAIR_WORDS = 1e10
 """Words of cells compared for all pairs of candidates, at most: some seconds."""
@@ -47,6 +47,18 @@ class SetFunction(Protocol):
         """Return the value of a set."""
 
 
+class Table(SetFunction, Protocol):
+    """A function that is worked out from what candidates cover."""
+
+    @property
+    def is_submodular(self) -> bool:
+        """Return whether gains never grow with the set, but for rounding far below the printed digits."""
+
+    def above(self) -> CoverTable | None:
+        """Return a function of covered cells with the least worth above this one that rises by ever less; None where
+        that would take too much memory."""
+
+
 class CoverTable:
     """Value of covered cells: of each object a concave function of its number of cells, summed over objects.
 
@@ -60,7 +72,7 @@ class CoverTable:
         cells: Sequence[Cells],
         owner: Cells,
         known: Cells,
-        row: NDArray[np.uint8],
+        row: NDArray[Any],
         worth: Ids,
         workers: int,
         numbers: Cells | None = None,
@@ -112,12 +124,16 @@ class CoverTable:
         found._kept = (), found.empty()
         return found
 
-    def concave(self) -> CoverTable:
+    @property
+    def is_submodular(self) -> bool:
+        """Return whether the worth rises by ever less."""
+        return not (np.diff(self.cover.worth, n=2, axis=1) > 0).any()
+
+    def above(self) -> CoverTable:
         """Return the least function above this one whose worth rises by ever less; itself where that is so."""
-        worth = self.cover.worth
-        if not (np.diff(worth, n=2, axis=1) > 0).any():
+        if self.is_submodular:
             return self
-        return self.valued(np.array([_hull(row) for row in worth]))
+        return self.valued(np.array([hull(row) for row in self.cover.worth]))
 
     def _worth_of(self, known: Cells) -> int:
         worth = self.cover.worth
@@ -134,7 +150,7 @@ class CoverTable:
     def gains_in(self, state: State, ids: Ids) -> Ids:
         """Return what each of some candidates adds in a state."""
         found = np.empty(len(ids), np.int64)
-        gains = kernel.gains_serial if len(ids) <= _FEW else kernel.gains  # to wake others takes longer
+        gains = kernel.gains_serial if len(ids) <= FEW else kernel.gains  # to wake others takes longer
         gains(self.cover, ids, state.covered, state.known, self.workers, found)
         return found
 
@@ -165,7 +181,7 @@ class CoverTable:
         return State(covered, known, self._worth_of(known))
 
 
-def _hull(worth: Ids) -> Ids:
+def hull(worth: Ids) -> Ids:
     """Return the least integers above a row of worth that rise by ever less."""
     corners = [0]
     for place in range(1, len(worth)):

@@ -53,6 +53,62 @@ def gains(
 gains_serial = serial(gains)
 
 
+class Fused(NamedTuple):
+    """Hits of n candidates on o objects, each of which is found with the chance 1 - (1 - L)(1 - C): L by its number of
+    points and cells, from curve (rows, most + 1), C the largest of the chances of sensors by themselves.
+
+    Candidate c has the runs starts[c] to starts[c + 1]; run r has points[r], the cells ends[r] to ends[r + 1] and
+    chance[r] of object `of[r]`. row, weight (o,): of objects, the weight in integers for a chance of 1.
+    """
+
+    starts: np.ndarray
+    of: np.ndarray
+    ends: np.ndarray
+    cells: np.ndarray
+    points: np.ndarray
+    chance: np.ndarray
+    curve: np.ndarray
+    row: np.ndarray
+    weight: np.ndarray
+
+
+@lean
+def _fused_gain(
+    fused: Fused, one: int, covered: np.ndarray, known: np.ndarray, chance: np.ndarray, worth: np.ndarray
+) -> int:
+    total, most = 0, fused.curve.shape[1] - 1
+    for run in range(fused.starts[one], fused.starts[one + 1]):
+        thing = fused.of[run]
+        count = known[thing] + fused.points[run]
+        for place in range(fused.ends[run], fused.ends[run + 1]):
+            count += covered[fused.cells[place]] == 0
+        missed = 1.0 - fused.curve[fused.row[thing], min(count, most)]
+        missed *= 1.0 - max(chance[thing], fused.chance[run])
+        total += int(np.rint(fused.weight[thing] * (1.0 - missed))) - worth[thing]
+    return int(total)
+
+
+@parallel_kernel
+def fused_gains(
+    fused: Fused,
+    ids: np.ndarray,
+    covered: np.ndarray,
+    known: np.ndarray,
+    chance: np.ndarray,
+    worth: np.ndarray,
+    workers: int,
+    to: np.ndarray,
+) -> None:
+    """Write what each of some candidates adds to covered cells (e,), and to objects (o,) with numbers that are known,
+    chances of other sensors and worth."""
+    for worker in numba.prange(workers):
+        for place in range(worker, ids.size, workers):
+            to[place] = _fused_gain(fused, ids[place], covered, known, chance, worth)
+
+
+fused_gains_serial = serial(fused_gains)
+
+
 @kernel
 def change(cover: Cover, one: int, by: int, covered: np.ndarray, known: np.ndarray) -> None:
     """Add a candidate (by = 1), or take it away again (by = -1)."""

@@ -6,7 +6,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.optimise.makers import hit_shares, worth_of
+from riglens.core.optimise.object_makers import hit_shares, worth_of
 from riglens.core.optimise.problem import Problem
 from riglens.core.optimise.results import OptimiseResult
 from riglens.core.optimise.run import optimise

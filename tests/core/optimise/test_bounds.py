@@ -62,7 +62,7 @@ def test_bounds_of_a_figure_that_is_not_submodular_hold(seed: int, size: int, co
         np.where(rng.random(rise.shape) < 0.5, rise, np.maximum.accumulate(rise // 3, axis=1))
     )
     worth = np.maximum.accumulate(jumps.cover.worth, axis=1)
-    jumps, above = table.valued(worth), table.valued(worth).concave()
+    jumps, above = table.valued(worth), table.valued(worth).above()
     assert (np.diff(above.cover.worth, n=2, axis=1) <= 0).all()
     assert (above.cover.worth >= worth).all()
     best = best_of_all(jumps, limits)

@@ -10,8 +10,9 @@ from riglens.core.errors import InputError
 from riglens.core.figures.objects import ObjectFigure
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.optimise.guard import ObjectSampler
-from riglens.core.optimise.makers import TableMaker, maker_of
+from riglens.core.optimise.makers import TableMaker
 from riglens.core.optimise.mounts import Additions
+from riglens.core.optimise.object_makers import maker_of
 from riglens.core.optimise.objectives import WORST, objective_named
 from riglens.core.optimise.problem import Problem
 from riglens.core.optimise.tables import UNIT, CoverTable
@@ -85,7 +86,7 @@ def test_tables_are_monotone_and_those_that_bounds_rely_on_submodular(
     name: str, seed: int, traffic: Traffic
 ) -> None:
     _, maker, table, rig = tables(name, traffic, seed)
-    rng, above = np.random.default_rng(seed), table.concave()
+    rng, above = np.random.default_rng(seed), table.above()
     ids = np.arange(table.size)
     sensors = objective_named(name).sensors_of(rig)
     chosen: list[int] = []

@@ -5,7 +5,8 @@ import pytest
 
 from riglens.core.blind.zones import BlindEngine, BlindSettings
 from riglens.core.errors import Cancelled, never_stale
-from riglens.core.optimise.makers import GroundTableMaker, HitTableMaker, hit_shares
+from riglens.core.optimise.makers import GroundTableMaker
+from riglens.core.optimise.object_makers import HitTableMaker, hit_shares
 from riglens.core.optimise.tables import UNIT
 from riglens.core.optimise.weights import EVEN
 from riglens.core.rig.model import Lidar, LinearAngles, Rig, Vehicle
