@@ -7,11 +7,12 @@ from typing import NamedTuple
 
 class OptionHelp(NamedTuple):
     """Help of a field: the form of its value on the command line ("on|off" for a switch said by words), one sentence,
-    and its option where that is not called like the field."""
+    its option where that is not called like the field, and the option that switches it off, if there is one."""
 
     metavar: str
     help: str
     option: str = ""
+    negative: str = ""
 
 
 SHAPE = OptionHelp(

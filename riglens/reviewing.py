@@ -15,7 +15,7 @@ from riglens.core.metric.scores import Body, Method
 from riglens.core.review.documents import mounts_review_document
 from riglens.core.review.mounts import USUAL_LIMITS, mounts_of, violations
 from riglens.core.review.profiles import profiles_in
-from riglens.core.review.tolerance import SAMPLE_FRAMES
+from riglens.core.review.tolerance import SAMPLE_FRAMES, ToleranceOptions
 from riglens.core.rig.edits import damaged as damaged_rig
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.boxes import Progress
@@ -170,10 +170,9 @@ def tolerance(
     from riglens.jobs.reviewing import drawn
 
     options = ScoreOptions(method, threads=threads, body=body)
+    drawing = ToleranceOptions(errors, draws, seed, sample, sensitivities)
     rig = with_blocking_mesh(rig, options.body_of(rig), mesh_folder)
-    found, document = drawn(
-        rig, scene.field, traffic, options, errors, draws, seed, sample, sensitivities, progress
-    )
+    found, document = drawn(rig, scene.field, traffic, options, drawing, progress)
     return ToleranceResult(document, found)
 
 
@@ -300,7 +299,7 @@ def review(
             threads=threads, mesh_folder=mesh_folder,
         ),
         "tolerance": lambda: tolerance(
-            rig, of_scene(), traffic if sample else None, errors=errors, draws=draws, seed=seed, sample=sample,
+            rig, of_scene(), traffic, errors=errors, draws=draws, seed=seed, sample=sample,
             method=method, body=body, threads=threads, mesh_folder=mesh_folder,
         ),
         "audit": lambda: audit(rig, of_scene(), threads=threads, mesh_folder=mesh_folder),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
@@ -14,7 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from riglens.app.commands.kind_choices import SeenByChoice
-from riglens.app.commands.options import Profiles
+from riglens.app.commands.options import Profiles, naming_options, taken
 from riglens.app.commands.output import Part
 from riglens.app.terminal.console import TERMINAL, results
 from riglens.app.terminal.tables import table
@@ -28,7 +27,6 @@ from riglens.core.blind.zones import (
     share_seen,
     unseen_by,
 )
-from riglens.core.errors import InputError
 from riglens.core.files import require_ending, write_file
 from riglens.core.review.documents import blind_document
 from riglens.core.review.profiles import ONLY_GEOMETRY, Profile
@@ -42,17 +40,14 @@ from riglens.studies.files import csv_text
 ZONES = Group("Blind zones", sort_key=6)
 
 
+BlindArguments = Annotated[BlindSettings, taken(ZONES, "width_m", "within_m", "voxel_m")]
+
+
 @Parameter(name="*")
 @dataclass(frozen=True)
-class BlindArguments:
-    """Options of blind zones."""
+class BlindTables:
+    """Tables and the map of blind zones."""
 
-    blind_width_m: Annotated[float, Parameter(name="--blind-width", group=ZONES, metavar="M")] = 0.3
-    """Width of the object in metres; 0 for single columns of voxels."""
-    blind_within_m: Annotated[float, Parameter(name="--blind-within", group=ZONES, metavar="M")] = 20.0
-    """Maximum distance from the car's outline, in metres."""
-    blind_voxel_m: Annotated[float, Parameter(name="--blind-voxel", group=ZONES, metavar="M")] = 0.1
-    """Edge of a voxel of blind zones, in metres."""
     blind_by: Annotated[SeenByChoice, Parameter(group=ZONES, metavar="NAME")] = "any"
     """Sensors of the table and the map; the JSON has all."""
     blind_sensors: Annotated[Literal[1, 2], Parameter(group=ZONES, metavar="1|2")] = 1
@@ -70,30 +65,16 @@ class BlindArguments:
         """The files to write, by option."""
         return {"blind_map": self.blind_map}
 
-    def settings(self) -> BlindSettings:
-        """Return the settings; raise InputError under the names of these options."""
-        with _option_names():
-            return BlindSettings(self.blind_voxel_m, self.blind_width_m, within_m=self.blind_within_m)
-
-    def find(self, rig: Rig, profiles: Sequence[Profile], threads: int | None) -> Part:
+    def find(
+        self, rig: Rig, settings: BlindSettings, profiles: Sequence[Profile], threads: int | None
+    ) -> Part:
         """Find blind zones of a rig, write the map if it was asked for, and return the part of the review."""
-        with _option_names():
-            found, judged = blind_zones(rig, self.settings(), profiles, threads, TERMINAL)
+        with naming_options(BlindSettings):
+            found, judged = blind_zones(rig, settings, profiles, threads, TERMINAL)
         by, k = self.blind_by, self.blind_sensors
         if self.blind_map is not None:
             _write_map(self.blind_map, found, by, k)
         return blind_document(found, judged), lambda: print_blind(found, judged, by, k)
-
-
-@contextmanager
-def _option_names() -> Iterator[None]:
-    """Raise InputErrors of blind zones under the names of their options."""
-    try:
-        yield
-    except InputError as error:
-        if error.field in ("voxel_m", "width_m", "within_m"):
-            raise InputError(error.message, f"blind_{error.field}") from None
-        raise
 
 
 def _write_map(path: Path, found: BlindMap, by: By, k: int) -> None:

@@ -11,13 +11,12 @@ from cyclopts import Group, Parameter
 from rich.table import Table
 from rich.text import Text
 
-from riglens.app.commands.options import number
+from riglens.app.commands.options import number, taken
 from riglens.app.terminal.console import results
 from riglens.app.terminal.tables import table
-from riglens.core.errors import InputError
 from riglens.core.files import require_ending, write_file
 from riglens.core.shown_text import visible
-from riglens.core.targets.detection_range import DetectionRange, RangePlan, RangeRow, around
+from riglens.core.targets.detection_range import DetectionRange, RangePlan, RangeRow
 from riglens.core.targets.detection_range_table import range_lines
 from riglens.core.targets.detection_range_text import HEADINGS, bearing_text, reach_text, stop_text
 from riglens.studies.files import csv_text
@@ -25,21 +24,18 @@ from riglens.studies.files import csv_text
 RANGE = Group("Detection range", sort_key=7)
 
 
+RangeArguments = Annotated[
+    RangePlan, taken(RANGE, "min_height_px", "to_m", "reaction_s", "deceleration_mps2")
+]
+
+
 @Parameter(name="*")
 @dataclass(frozen=True)
-class RangeArguments:
-    """Options of the detection range."""
+class RangeTables:
+    """Directions and files of the detection range."""
 
-    min_height: Annotated[float, Parameter(group=RANGE, metavar="PX")] = 25.0
-    """Height in native pixels at which a camera detects an object."""
     directions: Annotated[int, number(RANGE)] = 8
     """Number of directions around the car, the first one ahead."""
-    range_to_m: Annotated[float, Parameter(name="--range-to", group=RANGE, metavar="M")] = 150.0
-    """Maximum distance, in metres."""
-    reaction: Annotated[float, Parameter(group=RANGE, metavar="S")] = 1.0
-    """Reaction time until the car brakes, in seconds (our choice)."""
-    deceleration: Annotated[float, Parameter(group=RANGE, metavar="MPS2")] = 5.0
-    """Deceleration in m/s2 (our choice)."""
     range_csv: Annotated[Path | None, Parameter(group=RANGE, metavar="FILE.csv")] = None
     """Also write the detection ranges as a table."""
     range_chart: Annotated[Path | None, Parameter(group=RANGE, metavar="FILE.png|.svg")] = None
@@ -52,21 +48,6 @@ class RangeArguments:
     def files(self) -> dict[str, Path | None]:
         """The files to write, by option."""
         return {"range_csv": self.range_csv, "range_chart": self.range_chart}
-
-    def plan(self, min_points: int) -> RangePlan:
-        """Return the plan; raise InputError under the names of these options."""
-        try:
-            return RangePlan(
-                min_points,
-                self.min_height,
-                around(self.directions),
-                self.range_to_m,
-                reaction_s=self.reaction,
-                deceleration_mps2=self.deceleration,
-            )
-        except InputError as error:
-            field = "range_to_m" if error.field == "to_m" else error.field
-            raise InputError(error.message, field) from None
 
     def write(self, found: DetectionRange) -> None:
         """Write the files that were named."""

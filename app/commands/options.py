@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
 from functools import wraps
 from pathlib import Path
@@ -12,6 +14,7 @@ from typing import Annotated, Any, Literal, ParamSpec, TypeVar, get_args, get_ty
 from cyclopts import Group, Parameter, Token
 
 from riglens.app.terminal.console import is_standard_output
+from riglens.core.errors import InputError
 from riglens.core.metric.scores import Body
 from riglens.core.option_help import OptionHelp
 from riglens.evaluation.names import option_of
@@ -22,7 +25,7 @@ SCORE = Group("Score", sort_key=20)
 COUNT = Group("Hit coverage", sort_key=25)
 BUILD = Group("Workers", sort_key=30)
 MAX_DIGITS = 40
-ON_OFF = "on|off"
+ON_OFF, WIDTH_HEIGHT = "on|off", "WxH"
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -57,6 +60,14 @@ def _is_word(word: str) -> Callable[..., bool]:
         return True
 
     return converted
+
+
+def _size(_: Any, tokens: Sequence[Token]) -> tuple[int, int]:
+    found = tokens[0].value
+    match = re.fullmatch(r"(\d{1,6})x(\d{1,6})", found.strip().lower())
+    if match is None:
+        raise ValueError(f"must be WIDTHxHEIGHT in pixels, such as 1280x800 (got {found})")
+    return int(match[1]), int(match[2])
 
 
 def _json_target(_: Any, tokens: Sequence[Token]) -> str:
@@ -120,7 +131,7 @@ class Taken:
     groups: Mapping[str, Group | None]
 
 
-def taken(group: Group, *names: str) -> Taken:
+def taken(group: Group | None, *names: str) -> Taken:
     """Return some fields in one group."""
     return Taken(dict.fromkeys(names, group))
 
@@ -152,7 +163,8 @@ def command(function: Callable[P, R]) -> Callable[P, R]:
             said = {one: given.pop(f"{name}_{one}") for one in names if f"{name}_{one}" in given}
             said |= {one: said[one] == "on" for one in said.keys() & switches}
             if said:
-                given[name] = replace(usual, **said)
+                with naming_options(type(usual)):
+                    given[name] = replace(usual, **said)
         return function(*inputs, **given)
 
     run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
@@ -160,11 +172,28 @@ def command(function: Callable[P, R]) -> Callable[P, R]:
     return run
 
 
-def _switches(options: type) -> set[str]:
-    """Return the fields that are said by the words on and off."""
+@contextmanager
+def naming_options(owner: type) -> Iterator[None]:
+    """Raise InputErrors of a class's fields under the names that their options have."""
+    try:
+        yield
+    except InputError as error:
+        said = _helps(owner).get(error.field)
+        raise InputError(
+            error.message, said.option or error.field if said else error.field, error.other
+        ) from None
+
+
+def _helps(options: type) -> dict[str, OptionHelp]:
+    """Return the help of each field of a class of options that has some."""
     hints = get_type_hints(options, localns={"Rig": object}, include_extras=True)
     said = {name: one for name, hint in hints.items() for one in getattr(hint, "__metadata__", ())}
-    return {name for name, one in said.items() if isinstance(one, OptionHelp) and one.metavar == ON_OFF}
+    return {name: one for name, one in said.items() if isinstance(one, OptionHelp)}
+
+
+def _switches(options: type) -> set[str]:
+    """Return the fields that are said by the words on and off."""
+    return {name for name, one in _helps(options).items() if one.metavar == ON_OFF}
 
 
 def _parameters(owner: str, usual: Any, how: Taken) -> Iterator[inspect.Parameter]:
@@ -183,9 +212,12 @@ def _parameters(owner: str, usual: Any, how: Taken) -> Iterator[inspect.Paramete
 
 
 def _annotated(kind: Any, said: OptionHelp, name: str, group: Group | None, default: object) -> Any:
+    shown: Callable[[Any], str] | bool = default is not False and default not in (None, ())
     converter: Callable[..., Any] | None = whole_number if int in (kind, *get_args(kind)) else None
     if name == "voxel_m":
         converter = _edge_or_auto
+    elif said.metavar == WIDTH_HEIGHT:
+        converter, shown = _size, "{0[0]}x{0[1]}".format
     elif kind is bool and said.metavar:  # said by a word
         kind, converter = Literal[said.metavar, True, False], _is_word(said.metavar)
     described = Annotated[
@@ -195,7 +227,9 @@ def _annotated(kind: Any, said: OptionHelp, name: str, group: Group | None, defa
             metavar=said.metavar or None,
             help=said.help,
             converter=converter,
-            show_default=default is not False and default not in (None, ()),
+            n_tokens=1 if said.metavar == WIDTH_HEIGHT else None,
+            negative=said.negative or (),
+            show_default=shown,
             show_choices=converter is None,
         ),
     ]

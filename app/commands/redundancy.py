@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Annotated
-
-from cyclopts import Group, Parameter
 from rich.table import Table
 from rich.text import Text
 
@@ -25,7 +21,6 @@ from riglens.core.shown_text import visible
 from riglens.core.shown_values import percent
 from riglens.jobs.reviewing import Redundancy
 
-FAILING = Group("Redundancy", sort_key=8)
 SHOWN = 5
 """Pairs and half-blocked sensors that the terminal names, the worst first; the JSON has all."""
 HEADINGS: dict[What, str] = {
@@ -34,17 +29,6 @@ HEADINGS: dict[What, str] = {
     "group": "groups",
     "half": f"worst {SHOWN} half-blocked",
 }
-
-
-@Parameter(name="*")
-@dataclass(frozen=True)
-class RedundancyArguments:
-    """Options of redundancy."""
-
-    no_objects: Annotated[bool, Parameter(group=FAILING, negative="")] = False
-    """Count voxels alone, no objects."""
-    halves: Annotated[bool, Parameter(group=FAILING, negative="")] = False
-    """Also list the losses by each sensor with half of its view blocked: left, right, upper, lower."""
 
 
 def print_redundancy(found: Redundancy) -> None:

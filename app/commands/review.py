@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Annotated
 
@@ -11,8 +11,8 @@ from cyclopts import Group, Parameter
 from rich.text import Text
 
 from riglens.app.commands.audit import print_audit
-from riglens.app.commands.blind import BlindArguments
-from riglens.app.commands.detection_range import RangeArguments, print_range
+from riglens.app.commands.blind import BlindArguments, BlindTables
+from riglens.app.commands.detection_range import RangeArguments, RangeTables, print_range
 from riglens.app.commands.footprint import print_footprints
 from riglens.app.commands.mounts import print_mounts
 from riglens.app.commands.options import (
@@ -25,10 +25,11 @@ from riglens.app.commands.options import (
     number,
 )
 from riglens.app.commands.output import Part, deliver, require_outputs
-from riglens.app.commands.redundancy import RedundancyArguments, print_redundancy
-from riglens.app.commands.tolerance import ToleranceArguments, print_tolerance
+from riglens.app.commands.redundancy import print_redundancy
+from riglens.app.commands.tolerance import ToleranceArguments, WorstCase, print_tolerance
 from riglens.app.terminal.console import TERMINAL, note, progress_bar, results
 from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic
+from riglens.core.blind.zones import BlindSettings
 from riglens.core.engine.audit import audit as audit_rig
 from riglens.core.engine.audit import audit_document
 from riglens.core.errors import InputError
@@ -37,16 +38,17 @@ from riglens.core.footprint.ground import EN_62676_4, checked_limits
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.review.documents import mounts_review_document
 from riglens.core.review.profiles import Profile, profiles_in
+from riglens.core.review.tolerance import ToleranceOptions
 from riglens.core.rig.edits import damaged as damaged_rig
 from riglens.core.rig.model import FORMAT_VERSION, Rig
-from riglens.core.targets.detection_range import RangePlan
+from riglens.core.targets.detection_range import USUAL_PLAN, RangePlan, around
 from riglens.core.targets.detection_range_table import range_document
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import WITHIN_M, Traffic
 from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.jobs.reviewing import detection_range, drawn, redundancy_of
 
-REVIEW = Group("Review", sort_key=5)
+REVIEW, FAILING = Group("Review", sort_key=5), Group("Redundancy", sort_key=8)
 
 
 @command
@@ -63,10 +65,14 @@ def review(
     damaged: Annotated[
         tuple[str, ...], Parameter(group=REVIEW, metavar="SENSOR[=HALF]", show_default=False)
     ] = (),
-    blind: BlindArguments = BlindArguments(),
-    distances: RangeArguments = RangeArguments(),
-    redundancy: RedundancyArguments = RedundancyArguments(),
-    tolerance: ToleranceArguments = ToleranceArguments(),
+    blind: BlindArguments = BlindSettings(),
+    blind_tables: BlindTables = BlindTables(),
+    distances: RangeArguments = USUAL_PLAN,
+    range_tables: RangeTables = RangeTables(),
+    no_objects: Annotated[bool, Parameter(group=FAILING)] = False,
+    halves: Annotated[bool, Parameter(group=FAILING)] = False,
+    tolerance: ToleranceArguments = ToleranceOptions(),
+    worst_case: WorstCase = WorstCase(),
     scene: SceneArguments = SceneOptions(),
     score: ScoreArguments = ScoreOptions(),
     reading: RigArguments = RigArguments(),
@@ -86,11 +92,15 @@ def review(
         Least pixels per metre of each band of a camera's footprint, falling; EN 62676-4 by default.
     damaged
         Sensor that has failed or, with =left, =right, =upper or =lower, is blocked by half; may be repeated.
+    no_objects
+        Count voxels alone, no objects.
+    halves
+        Also list the losses by each sensor with half of its view blocked: left, right, upper, lower.
     json
         Also write one JSON document, with a key per part, to a file; with - to standard output, instead of the tables.
     """
     parts = parts_of(only)
-    outputs = {"blind": blind.files, "range": distances.files, "tolerance": tolerance.files}
+    outputs = {"blind": blind_tables.files, "range": range_tables.files, "tolerance": worst_case.files}
     for part, files in outputs.items():
         for option, path in files.items():
             if path is not None and part not in parts:
@@ -98,15 +108,15 @@ def review(
     if score.body == "ignored" and not {"redundancy", "tolerance"} & set(parts):
         score.solid(score.body)
     limits = checked_limits(px_per_m)
-    blind.settings()  # what is wrong with options is said before rigs are read
-    plan, profiles = distances.plan(min_points), profiles_in(blind.profiles)
+    profiles = profiles_in(blind_tables.profiles)  # what is wrong is said before rigs are read
+    plan = replace(distances, min_points=min_points, bearings_deg=around(range_tables.directions))
     (opened,) = load_rigs([rig], score.solid(), reading.libraries, reading.housings)
     opened = damaged_rig(opened, damaged)
     paths = [path for files in outputs.values() for path in files.values()]
-    require_outputs((rig, *blind.profiles, *scene.files), json, *paths)
+    require_outputs((rig, *blind_tables.profiles, *scene.files), json, *paths)
     found = Review(
         opened, scene, score, TargetSettings(min_points=min_points), within,
-        blind, profiles, plan, distances, redundancy, tolerance, limits,
+        blind, blind_tables, profiles, plan, range_tables, not no_objects, halves, tolerance, worst_case, limits,
     )  # fmt: skip
     made = {name: PARTS[name](found) for name in parts}
     document = {"riglens": FORMAT_VERSION} | {name: part for name, (part, _) in made.items()}
@@ -128,12 +138,15 @@ class Review:
     score: ScoreOptions
     counting: TargetSettings
     within_m: float
-    blind_options: BlindArguments
+    blind_settings: BlindSettings
+    blind_tables: BlindTables
     profiles: tuple[Profile, ...]
     plan: RangePlan
-    range_options: RangeArguments
-    redundancy_options: RedundancyArguments
-    tolerance_options: ToleranceArguments
+    range_tables: RangeTables
+    with_objects: bool
+    halves: bool
+    drawing: ToleranceOptions
+    worst_case: WorstCase
     px_per_m: tuple[float, ...]
 
     @cached_property
@@ -151,31 +164,26 @@ class Review:
 
     def blind(self) -> Part:
         """Find blind zones and judge test objects."""
-        return self.blind_options.find(self.rig, self.profiles, self.score.threads)
+        return self.blind_tables.find(self.rig, self.blind_settings, self.profiles, self.score.threads)
 
     def range(self) -> Part:
         """Find detection ranges."""
         found = detection_range(self.rig, self.plan, self.score.threads)
-        self.range_options.write(found)
+        self.range_tables.write(found)
         return range_document(found), lambda: print_range(found)
 
     def redundancy(self) -> Part:
         """Find what failures cost."""
-        traffic = None if self.redundancy_options.no_objects else self.traffic
-        halves = self.redundancy_options.halves
-        found = redundancy_of(self.rig, self.field, traffic, self.score, self.counting, halves, TERMINAL)
+        traffic = self.traffic if self.with_objects else None
+        found = redundancy_of(self.rig, self.field, traffic, self.score, self.counting, self.halves, TERMINAL)
         return found.document(), lambda: print_redundancy(found)
 
     def tolerance(self) -> Part:
         """Draw errors and find how figures spread."""
-        asked = self.tolerance_options
-        traffic = self.traffic if asked.sample else None
+        traffic = self.traffic if self.drawing.sample else None
         with progress_bar("Drawing errors") as progress:
-            found, document = drawn(
-                self.rig, self.field, traffic, self.score, asked.errors, asked.draws, asked.seed, asked.sample,
-                asked.sensitivities, progress,
-            )  # fmt: skip
-        asked.write(found)
+            found, document = drawn(self.rig, self.field, traffic, self.score, self.drawing, progress)
+        self.worst_case.write(found)
         return document, lambda: print_tolerance(found, document["body"])
 
     def audit(self) -> Part:

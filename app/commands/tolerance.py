@@ -10,7 +10,7 @@ from cyclopts import Group, Parameter
 from rich.table import Table
 from rich.text import Text
 
-from riglens.app.commands.options import number
+from riglens.app.commands.options import all_of
 from riglens.app.terminal.console import results
 from riglens.app.terminal.tables import table
 from riglens.core.errors import InputError
@@ -18,12 +18,10 @@ from riglens.core.figures.registry import tolerated_figures
 from riglens.core.files import write_file
 from riglens.core.review.measures import measured_name
 from riglens.core.review.tolerance import (
-    SAMPLE_FRAMES,
     Sensitivity,
+    ToleranceOptions,
     ToleranceProfile,
     ToleranceResult,
-    profile_called,
-    require_draws,
     worst_rig,
 )
 from riglens.core.rig.yaml.file import dumps
@@ -34,32 +32,23 @@ DRAWING = Group("Tolerance", sort_key=9)
 SHOWN = 10
 
 
+ToleranceArguments = Annotated[ToleranceOptions, all_of(ToleranceOptions, DRAWING)]
+
+
 @Parameter(name="*")
 @dataclass(frozen=True)
-class ToleranceArguments:
-    """Options of the tolerance."""
+class WorstCase:
+    """The worst case of a tolerance, as a file."""
 
-    errors: Annotated[str, Parameter(group=DRAWING, metavar="NAME")] = "assembly"
-    """Errors to draw: assembly, service, brackets, ride or load."""
-    draws: Annotated[int, number(DRAWING)] = 64
-    """Number of draws, which take most of the time; the sequence is balanced in powers of two."""
-    seed: Annotated[int, number(DRAWING)] = 0
-    """Seed of the draws; the same seed gives the same errors to rigs with the same sensors."""
-    sample: Annotated[int, number(DRAWING)] = SAMPLE_FRAMES
-    """Number of frames in which objects are counted for the tolerance; 0 for none."""
-    sensitivities: Annotated[bool, Parameter(group=DRAWING, negative="--no-sensitivities")] = True
-    """Also report the effect of each error on its own."""
     worst: Annotated[Path | None, Parameter(group=DRAWING, metavar="FILE.yaml")] = None
     """Also write the rig of the worst case, to compare it with the rig as designed."""
     worst_by: Annotated[str, Parameter(group=DRAWING, metavar="NAME")] = "seen car"
     """Figure by which the worst case is chosen, such as "seen car" or "on_target pedestrian"."""
 
     def __post_init__(self) -> None:
-        require_draws(self.draws, self.seed, 1)
         figures = [measured_name(one, cls) for one in tolerated_figures() for cls in CLASSES]
         if self.worst_by not in figures:
             raise InputError(f"must be one of {', '.join(figures)} (got '{self.worst_by}')", "worst_by")
-        profile_called(self.errors)
 
     @property
     def files(self) -> dict[str, Path | None]:

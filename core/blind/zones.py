@@ -27,6 +27,7 @@ from riglens.core.kernels.runtime import jit
 from riglens.core.kernels.voxels.entropy_codes import Runs
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Body
+from riglens.core.option_help import OptionHelp
 from riglens.core.rig.model import Rig, Sensor, Vehicle
 from riglens.core.scene.boxes import DataReport
 from riglens.core.scene.columns import VoxelIndex, empty_words, words_per_column
@@ -68,13 +69,19 @@ _EPSILON_M = 1e-9
 
 @dataclass(frozen=True)
 class BlindSettings:
-    """voxel_m: edge of the voxels; width_m: of the objects, 0 for single columns; body: whether the car blocks rays;
-    within_m: largest distance from the car's outline."""
+    """Settings of blind zones; body: whether the car blocks rays."""
 
-    voxel_m: float = DEFAULT_VOXEL_M
-    width_m: float = WIDTH_M
+    voxel_m: Annotated[
+        float, OptionHelp("M", "Edge of a voxel of blind zones, in metres.", "blind-voxel")
+    ] = DEFAULT_VOXEL_M
+    width_m: Annotated[
+        float,
+        OptionHelp("M", "Width of the object in metres; 0 for single columns of voxels.", "blind-width"),
+    ] = WIDTH_M
     body: Body = "blocks"
-    within_m: float = BANDS_M[-1]
+    within_m: Annotated[
+        float, OptionHelp("M", "Maximum distance from the car's outline, in metres.", "blind-within")
+    ] = BANDS_M[-1]
 
     def __post_init__(self) -> None:
         if not 0.0 < self.voxel_m <= 1.0:

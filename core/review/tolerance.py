@@ -19,6 +19,7 @@ from pydantic import Field
 from riglens.core.errors import InputError
 from riglens.core.figures.registry import figure_named
 from riglens.core.geometry import Pose, rpy_deg_from_rotation
+from riglens.core.option_help import OptionHelp
 from riglens.core.plain import Frozen
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.scene.boxes import Progress
@@ -78,6 +79,39 @@ def profile_called(name: str) -> ToleranceProfile:
             return profile
     known = ", ".join(profile.name for profile in PROFILES)
     raise InputError(f"must be one of {known} (got '{name}')", "errors")
+
+
+@dataclass(frozen=True)
+class ToleranceOptions:
+    """Options of a tolerance: which errors are drawn, how often, and what is measured."""
+
+    errors: Annotated[
+        str, OptionHelp("NAME", "Errors to draw: assembly, service, brackets, ride or load.")
+    ] = "assembly"
+    draws: Annotated[
+        int,
+        OptionHelp(
+            "N", "Number of draws, which take most of the time; the sequence is balanced in powers of two."
+        ),
+    ] = 64
+    seed: Annotated[
+        int,
+        OptionHelp(
+            "N", "Seed of the draws; the same seed gives the same errors to rigs with the same sensors."
+        ),
+    ] = 0
+    sample: Annotated[
+        int,
+        OptionHelp("N", "Number of frames in which objects are counted for the tolerance; 0 for none."),
+    ] = SAMPLE_FRAMES
+    sensitivities: Annotated[
+        bool,
+        OptionHelp("", "Also report the effect of each error on its own.", negative="--no-sensitivities"),
+    ] = True
+
+    def __post_init__(self) -> None:
+        require_draws(self.draws, self.seed, 1)
+        profile_called(self.errors)
 
 
 @dataclass(frozen=True)

@@ -11,13 +11,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
 from riglens.core.metric.scores import Body
+from riglens.core.option_help import OptionHelp
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensors.camera import CAMERA
@@ -61,18 +62,21 @@ class Case(NamedTuple):
 class RangePlan:
     """Detection thresholds, places to evaluate, and braking model; every number is an assumption that may be changed.
 
-    min_points: LiDAR points (nuScenes scores objects with 1 or more; in the Waymo Open Dataset those with fewer than 5
-    are LEVEL_2); min_height_px: height in a camera's native pixels (KITTI: easy from 40, moderate and hard from 25).
-    reaction_s and deceleration_mps2 are our choice.
+    min_points: nuScenes scores objects with 1 LiDAR point or more; in the Waymo Open Dataset those with fewer than 5
+    are LEVEL_2; min_height_px: KITTI has easy from 40, moderate and hard from 25.
     """
 
     min_points: int = 5
-    min_height_px: float = 25.0
+    min_height_px: Annotated[
+        float, OptionHelp("PX", "Height in native pixels at which a camera detects an object.")
+    ] = 25.0
     bearings_deg: tuple[float, ...] = around(8)
-    to_m: float = 150.0
+    to_m: Annotated[float, OptionHelp("M", "Maximum distance, in metres.", "range-to")] = 150.0
     speeds_kmh: tuple[float, ...] = (30.0, 50.0, 80.0, 100.0, 130.0)
-    reaction_s: float = 1.0
-    deceleration_mps2: float = 5.0
+    reaction_s: Annotated[
+        float, OptionHelp("S", "Reaction time until the car brakes, in seconds (our choice).")
+    ] = 1.0
+    deceleration_mps2: Annotated[float, OptionHelp("MPS2", "Deceleration in m/s2 (our choice).")] = 5.0
     settings: TargetSettings = field(default=replace(EXACT, body="blocks"))
 
     def __post_init__(self) -> None:

@@ -19,7 +19,7 @@ from riglens.core.review.documents import coverage_document, tolerance_document
 from riglens.core.review.measures import Measures
 from riglens.core.review.profiles import Profile
 from riglens.core.review.redundancy import NO_EVIDENCE, Coverage, coverage_of
-from riglens.core.review.tolerance import ToleranceResult, profile_called, tolerance
+from riglens.core.review.tolerance import ToleranceOptions, ToleranceResult, profile_called, tolerance
 from riglens.core.review.verdicts import ProfileVerdict, verdicts
 from riglens.core.rig.model import FORMAT_VERSION, Rig
 from riglens.core.rig.yaml.file import identity_of
@@ -101,15 +101,12 @@ def drawn(
     field: EntropyField,
     traffic: Traffic | None,
     score: ScoreOptions,
-    errors: str,
-    draws: int,
-    seed: int,
-    sample: int,
-    sensitivities: bool,
+    options: ToleranceOptions,
     progress: Progress | None = None,
 ) -> tuple[ToleranceResult, dict[str, Any]]:
-    """Draw errors of a rig of the profile called `errors`; return how its figures spread, also as plain data. Objects
-    are counted in `sample` frames."""
-    measure = Measures(field, traffic, settings_of(score), sample, score.threads, designed=rig)
-    found = tolerance(rig, profile_called(errors), measure, draws, seed, sensitivities, progress)
+    """Draw errors of a rig; return how its figures spread, also as plain data."""
+    traffic = traffic if options.sample else None
+    measure = Measures(field, traffic, settings_of(score), options.sample, score.threads, designed=rig)
+    profile = profile_called(options.errors)
+    found = tolerance(rig, profile, measure, options.draws, options.seed, options.sensitivities, progress)
     return found, tolerance_document(found, score.body_of(rig), measure)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from riglens.core.engine.engine import Engine, Evaluation
 from riglens.core.errors import InputError
@@ -20,10 +20,12 @@ from riglens.core.figures.heatmaps import (
     VoxelHeatMap,
 )
 from riglens.core.figures.registry import heat_map_named, heat_maps, voxel_heat_maps
+from riglens.core.figures.text import in_sentence
 from riglens.core.files import is_stream
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import PAPER_SETTINGS, Body, MetricSettings
 from riglens.core.monitor import SILENT, Monitor
+from riglens.core.option_help import OptionHelp
 from riglens.core.rig.model import Rig
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Pog
@@ -50,37 +52,68 @@ if TYPE_CHECKING:  # what draws is loaded with the first picture
 STAND_IN = "a plain box of the vehicle's size replaces it"
 View = Literal["iso", "top", "front", "left", "rear"]
 Theme = Literal["dark", "light"]
+ClassName = Literal["car", "bicycle", "pedestrian"]
+_HEATMAP = (
+    "Content of the heatmap: "
+    + ", ".join(f"{heat.key} ({in_sentence(heat.title)})" for heat in heat_maps())
+    + f", or {OFF}."
+)
 
 
 @dataclass(frozen=True)
 class RenderRequest:
-    """Request for pictures and their paths; `size_px` is width and height before `scale` enlarges both.
+    """Request for pictures and their paths: the one form of these options, of the command and of Python.
 
-    `threshold`, `log`, `opacity` and `slice_m` are those of HeatLook; `baseline` names the rig that a heatmap
-    of changes starts from. `draped`: the heatmap on the ground, or as cells in space; None: in space for rigs
-    whose body is ignored, as the paper's. `selected` names the sensor whose rays are shown.
+    `threshold`, `log`, `opacity` and `slice_m` are those of HeatLook; `draped`: None for cells in space for
+    rigs whose body is ignored, as the paper's. The rays have options of their own.
     """
 
     out: Path
-    view: View = "iso"
-    size_px: tuple[int, int] = (1280, 800)
-    scale: int = 1
-    class_name: str = "car"
-    heat: str = SEEN_ENTROPY.key
-    transparent: bool = False
-    legend: bool = True
-    title: bool = False
-    scores: bool = False
-    theme: Theme = "dark"
-    threshold: float | None = None
-    log: bool = False
-    opacity: float | None = None
-    slice_m: tuple[float, float] | None = None
-    baseline: str | None = None
+    view: Annotated[View, OptionHelp("NAME", "Viewing direction.")] = "iso"
+    size_px: Annotated[tuple[int, int], OptionHelp("WxH", "Size of the picture in pixels.")] = (1280, 800)
+    scale: Annotated[
+        int, OptionHelp("K", "Factor by which the picture is enlarged, with its lines and text.")
+    ] = 1
+    class_name: Annotated[ClassName, OptionHelp("NAME", "Class of the heatmap.")] = "car"
+    heat: Annotated[str, OptionHelp("NAME", _HEATMAP, "heatmap")] = SEEN_ENTROPY.key
+    baseline: Annotated[str | None, OptionHelp("RIG", "Reference rig of a heatmap of changes.")] = None
+    slice_m: Annotated[
+        tuple[float, float] | None,
+        OptionHelp("FROM TO", "Draw only cells of the heatmap between two heights, metres."),
+    ] = None
+    threshold: Annotated[
+        float | None,
+        OptionHelp("SHARE", "Leave out cells in the lowest part of the colour scale, 0 to 1 (0.02)."),
+    ] = None
+    log: Annotated[bool, OptionHelp("", "Use a logarithmic colour scale of three decades.")] = False
+    opacity: Annotated[float | None, OptionHelp("SHARE", "Opacity of the highest values, 0 to 1 (0.5).")] = (
+        None
+    )
+    draped: Annotated[
+        bool | None,
+        OptionHelp(
+            "",
+            "Draw the heatmap on the ground, all heights together, or as cells in space; the latter for rigs of "
+            "the paper.",
+            negative="--voxels",
+        ),
+    ] = None
+    selected: Annotated[
+        str | None,
+        OptionHelp("SENSOR", "Show this sensor as selected, with its rays and labels.", "select"),
+    ] = None
+    transparent: Annotated[bool, OptionHelp("", "Leave background and ground transparent.")] = False
+    ground: Annotated[
+        bool,
+        OptionHelp("", "Draw the ground with its grid and metres.", "ground-plane", "--no-ground"),
+    ] = True
+    legend: Annotated[bool, OptionHelp("", "Draw the colour bar.", negative="--no-legend")] = True
+    title: Annotated[
+        bool, OptionHelp("", "Write the name of the rig and its inputs in the upper corner.")
+    ] = False
+    scores: Annotated[bool, OptionHelp("", "Write the table of scores in the lower corner.")] = False
+    theme: Annotated[Theme, OptionHelp("NAME", "Dark or light background.")] = "dark"
     rays: RayLook = DEFAULT_RAYS
-    ground: bool = True
-    draped: bool | None = None
-    selected: str | None = None
 
     def __post_init__(self) -> None:
         if self.out.suffix.lower() != ".png" and not is_stream(self.out):

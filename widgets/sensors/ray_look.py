@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
+
+from riglens.core.option_help import OptionHelp
 
 SELECTED_LINES, QUICK_LINES = 1150, 300
 OTHER_LINES, _ALL_OTHERS, _QUICK_OTHERS = 130, 1500, 400
@@ -38,11 +40,22 @@ class RayLook:
     `of_all` only the selected sensor shows its rays, and without `lattice` a camera shows a short pyramid of them.
     """
 
-    shown: bool = True
-    opacity: float = 0.2
-    density: float = 1.0
-    fill: Fill = "ground"
-    of_all: bool = False
+    shown: Annotated[
+        bool,
+        OptionHelp(
+            "", "Draw the rays of the selected sensor, or of all with --all-rays.", "rays", "--no-rays"
+        ),
+    ] = True
+    opacity: Annotated[float, OptionHelp("SHARE", "Opacity of the rays, 0 to 1.", "ray-opacity")] = 0.2
+    density: Annotated[
+        float,
+        OptionHelp("FACTOR", "Factor by which the number of rays drawn changes, 0.125 to 8.", "ray-density"),
+    ] = 1.0
+    fill: Annotated[
+        Fill,
+        OptionHelp("NAME", "Show fields of view: footprints on the ground, or the outside of the field."),
+    ] = "ground"
+    of_all: Annotated[bool, OptionHelp("", "Draw the rays of every sensor.", "all-rays")] = False
     lattice: bool = False
 
     def of_selected(self, quick: bool = False) -> Strokes:
