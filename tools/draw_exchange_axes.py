@@ -163,6 +163,42 @@ PANELS = (
         ISO,
         ("model: taken under the body centre · m", "roll pitch yaw rad, or ° · body"),
     ),
+    Panel(
+        "ONCE",
+        (CENTRE, ROOF - 6),
+        {"x": "away", "y": "back", "z": "up"},
+        ("LiDAR on the roof: x left, y back · m", "4 × 4 matrices from the camera · optical"),
+    ),
+    Panel(
+        "DDAD, ZOD",
+        (REAR, GROUND),
+        ISO,
+        ("ground under the rear axle, ZOD: taken · m", "quaternion, 4 × 4 matrices · optical"),
+    ),
+    Panel(
+        "DAIR-V2X, LIO-SAM, vlcal",
+        (CENTRE, ROOF - 6),
+        ISO,
+        ("LiDAR on the roof · m", "matrices or quaternion · cameras optical"),
+    ),
+    Panel(
+        "OPV2V",
+        (CENTRE, GROUND),
+        {"x": "forward", "y": "near", "z": "up"},
+        ("left-handed: y right, pitch up, yaw right", "poses in the map of CARLA · ° · body"),
+    ),
+    Panel(
+        "LGSVL",
+        (CENTRE, GROUND),
+        {"x": "near", "y": "up", "z": "forward"},
+        ("left-handed: pitch down, yaw right · m", "vehicle: taken under body centre · ° · body"),
+    ),
+    Panel(
+        "ORB-SLAM3",
+        (CENTRE + 24, ROOF - 4),
+        ISO,
+        ("IMU, or camera 1, anywhere · m", "4 × 4 matrices from the camera · optical"),
+    ),
     Panel("ASAM OSI", (REAR, AXLE), ISO, ("middle of the rear axle itself · m", "roll pitch yaw rad · body")),
 )
 

@@ -22,12 +22,14 @@ from riglens.core.formats.boreas import BOREAS
 from riglens.core.formats.carla_agent import CARLA_AGENT
 from riglens.core.formats.carla_objects import CARLA
 from riglens.core.formats.carla_toml import CARLA_TOML
+from riglens.core.formats.datasets import DAIR, DDAD, ONCE, OPV2V, ZOD
 from riglens.core.formats.driveworks import DRIVEWORKS
 from riglens.core.formats.euroc import EUROC
 from riglens.core.formats.fast_livo import FAST_LIVO
 from riglens.core.formats.kalibr import KALIBR
 from riglens.core.formats.kitti import KITTI
 from riglens.core.formats.kitti360 import KITTI_360
+from riglens.core.formats.lgsvl import LGSVL
 from riglens.core.formats.mmdet3d import MMDET3D
 from riglens.core.formats.mounts import ReadOptions
 from riglens.core.formats.nuscenes import NUSCENES
@@ -37,6 +39,7 @@ from riglens.core.formats.pandaset import PANDASET
 from riglens.core.formats.report import OpenedRig
 from riglens.core.formats.riglens import RIGLENS
 from riglens.core.formats.sdf_model import SDF
+from riglens.core.formats.slam import LIO_SAM, ORB_SLAM, VLCAL
 from riglens.core.formats.source import FOREIGN_ENDINGS, YAML, Source
 from riglens.core.formats.urdf import URDF
 from riglens.core.reading_time import MAX_RIG_S, Clock, ReadingTime
@@ -49,7 +52,7 @@ FORMATS = {
     for format_ in (
         RIGLENS, NUSCENES, AUTOWARE, URDF, CARLA, CARLA_TOML, DRIVEWORKS, PANDASET, ARGOVERSE, KALIBR, EUROC,
         FAST_LIVO, APOLLO, OPENCV, KITTI, KITTI_360, BOREAS, AIRSIM, MMDET3D, CARLA_AGENT, OSI, BASALT, A2D2,
-        SDF,
+        SDF, ONCE, ZOD, DDAD, DAIR, OPV2V, LGSVL, ORB_SLAM, LIO_SAM, VLCAL,
     )
 }  # fmt: skip
 """The built-in formats by name on the command line; RigLens' own comes first."""

@@ -19,7 +19,7 @@ from riglens.core.formats.lenses import brown_conrady, kannala_brandt
 from riglens.core.formats.matrices import add_by_imu, rotation_of
 from riglens.core.formats.mounts import Mounting
 from riglens.core.formats.report import Notes
-from riglens.core.formats.source import YAML, Source, Value
+from riglens.core.formats.source import YAML, Source, Value, ros_parameters
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.nodes import shortened
 
@@ -34,18 +34,12 @@ _LIDARS = {1: "Livox Avia", 2: "Velodyne VLP-16", 5: "Hesai XT32", 6: "Hesai Pan
 
 def recognises(source: Source) -> bool:
     """Return whether this is a YAML mapping with extrin_calib."""
-    return _CALIBRATION in _parameters(source.yaml)
-
-
-def _parameters(root: Value) -> Value:
-    """Return the parameters of a node of ROS 2, or the file itself where it is none."""
-    node = next(iter(root.items()), None) if root.is_mapping else None
-    return node[1].item("ros__parameters") if node is not None and "ros__parameters" in node[1] else root
+    return _CALIBRATION in ros_parameters(source.yaml)
 
 
 def read(source: Source, mounting: Mounting) -> Rig:
     """Return the LiDAR and the camera around the IMU."""
-    root, notes = _parameters(source.yaml), mounting.notes
+    root, notes = ros_parameters(source.yaml), mounting.notes
     found = root.item(_CALIBRATION)
     imu_SE3_lidar = _transform(found, "extrinsic_R", "extrinsic_T", notes)
     camera_SE3_lidar = _transform(found, "Rcl", "Pcl", notes)
@@ -76,7 +70,7 @@ def _lens(root: Value, source: Source, mounting: Mounting) -> dict[str, Any]:
         said = ", ".join(shortened(file.path.name, 40) for file in own) or "no camera*.yaml"
         return mounting.unknown_lens("camera", f"lens and image not in one file beside it ({said})")
     mounting.notes.read(f"image and lens from {shortened(own[0].path.name, 40)}", "camera")
-    return _lens_in(_parameters(own[0].yaml), mounting.notes)
+    return _lens_in(ros_parameters(own[0].yaml), mounting.notes)
 
 
 def _lens_in(root: Value, notes: Notes) -> dict[str, Any]:

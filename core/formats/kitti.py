@@ -4,6 +4,8 @@ Rectified camera 0 has optical axes. P0..P3 (3, 4) project its points into the f
 -K^-1 P[:, 3] and looks the same way. R0_rect and Tr_velo_to_cam lead from the Velodyne (x forward, y left, z up) to
 it. Raw drives say the unrectified cameras: p_i = R_i p_0 + T_i, and K, D and image size S of each.
 The Velodyne stands 1.73 m above the ground (Geiger et al., IJRR 2013) and is put 0.4 m before the body centre.
+View of Delft has one camera, written as P0 to P3, and a second such file for its radar in radar/training/calib.
+Source: view-of-delft-dataset, docs/SENSORS_AND_DATA.md and its example set.
 """
 
 from __future__ import annotations
@@ -28,6 +30,7 @@ VELODYNE_M: Vec3 = (0.4, 0.0, 1.73)
 PASSAT = Vehicle(body="sedan", length=4.77, width=1.82, height=1.52, rear_axle_x=-1.35)
 PASSAT_WORDS = "size of a VW Passat, the car of KITTI"
 RECTIFIED_IMAGE = (1242, 375)
+_DELFT_IMAGE = (1936, 1216)
 CAM_TO_CAM, VELO_TO_CAM = "calib_cam_to_cam.txt", "calib_velo_to_cam.txt"
 _VELO, _RECT = ("Tr_velo_to_cam", "Tr_velo_cam", "Tr"), ("R0_rect", "R_rect")
 """`Tr` of odometry and SemanticKITTI leads from the Velodyne to rectified camera 0; they have no R0_rect."""
@@ -49,11 +52,15 @@ def recognises(source: Source) -> bool:
 def read(source: Source, mounting: Mounting) -> Rig:
     """Return the four cameras and the Velodyne."""
     is_raw = source.is_folder or source.path.name in (CAM_TO_CAM, VELO_TO_CAM)
-    if is_raw:
-        _read_raw(source, mounting)
+    table = {} if is_raw else table_of(source)
+    if _has_one_camera(table):
+        _read_delft(source, table, mounting)
     else:
-        _read_benchmark(table_of(source), mounting)
-    mounting.add("lidar", "velodyne", np.eye(4), said="Velodyne HDL-64E")
+        if is_raw:
+            _read_raw(source, mounting)
+        else:
+            _read_benchmark(table, mounting)
+        mounting.add("lidar", "velodyne", np.eye(4), said="Velodyne HDL-64E")
     mounting.notes.converted(
         "cameras from optical axes, through the calibration, to the axes of the Velodyne"
     )
@@ -84,13 +91,56 @@ def table_matrix(table: Lines, names: tuple[str, ...], rows: int, columns: int) 
     return value, quoted_numbers(value, rows, columns)
 
 
+def _has_one_camera(table: Lines) -> bool:
+    """Return whether P0 to P3 are the same matrix, so that they are one camera."""
+    found = [table[f"P{index}"].raw for index in range(4) if f"P{index}" in table]
+    return len(found) == 4 and all(one == found[0] for one in found)
+
+
+def _read_delft(source: Source, table: Lines, mounting: Mounting) -> None:
+    """Read the one camera, the LiDAR, and the radar where its file is at its place in the data set."""
+    notes, files = mounting.notes, _delft_files(source)
+    tables = {kind: table_of(file) for kind, file in files.items()} or {"lidar": table}
+    root, *others = tables
+    root_SE3_camera = inverse(_rectified_SE3_velo(tables[root], notes))
+    notes.converted("P0 to P3 are the same: one camera", "cam0")
+    _add_projection(tables[root]["P0"], 0, root_SE3_camera, _DELFT_IMAGE if files else None, mounting)
+    for kind in others:
+        _add_delft(kind, root_SE3_camera @ _rectified_SE3_velo(tables[kind], notes), mounting)
+    _add_delft(root, np.eye(4), mounting)
+    if root == "radar":
+        mounting.origin = Origin("the radar", lambda car: (car.length / 2.0, 0.0, 0.5))
+
+
+def _delft_files(source: Source) -> dict[str, Source]:
+    """Return the files of a frame in lidar/training/calib and radar/training/calib, those that are there."""
+    *_, kind, split, last = ("", "", "", *source.folder.resolve().parts)
+    if kind not in ("lidar", "radar") or last != "calib":
+        return {}
+    top = source.folder.resolve().parents[2]
+    places = {one: top / one / split / last / source.path.name for one in ("lidar", "radar")}
+    return {one: source.another(path) for one, path in places.items() if path.is_file()}
+
+
+def _add_delft(kind: str, root_SE3_sensor: Matrix, mounting: Mounting) -> None:
+    if kind == "lidar":
+        mounting.add("lidar", "velodyne", root_SE3_sensor, said="Velodyne HDL-64E")
+    else:
+        mounting.add("radar", "radar", root_SE3_sensor, said="ZF FRGen21")
+
+
+def _rectified_SE3_velo(table: Lines, notes: Notes) -> Matrix:
+    """Return the transform from the Velodyne, or the sensor of the file, to rectified camera 0."""
+    camera_SE3_velo = rigid_of(*table_matrix(table, _VELO, 3, 4), notes)
+    if _VELO[-1] in table and table.keys().isdisjoint((*_VELO[:-1], *_RECT)):
+        return camera_SE3_velo
+    return rigid_of(*table_matrix(table, _RECT, 3, 3), notes) @ camera_SE3_velo
+
+
 def _read_benchmark(table: Lines, mounting: Mounting) -> None:
     """Read the rectified cameras of the tracking and object benchmarks."""
     notes = mounting.notes
-    camera_SE3_velo = rigid_of(*table_matrix(table, _VELO, 3, 4), notes)
-    if not (_VELO[-1] in table and table.keys().isdisjoint((*_VELO[:-1], *_RECT))):
-        camera_SE3_velo = rigid_of(*table_matrix(table, _RECT, 3, 3), notes) @ camera_SE3_velo
-    velo_SE3_rectified = inverse(camera_SE3_velo)
+    velo_SE3_rectified = inverse(_rectified_SE3_velo(table, notes))
     for index in range(4):
         if f"P{index}" in table:
             _add_projection(table[f"P{index}"], index, velo_SE3_rectified, None, mounting)

@@ -1,4 +1,4 @@
-"""Read cameras as OpenCV, ROS and VINS write them in YAML (import).
+"""Read cameras as OpenCV, ROS and VINS write them in YAML, OpenCV also in JSON and XML (import).
 
 One camera: camera_matrix, distortion_coefficients and image size (OpenCV's calibration, ROS camera_info files), the
 fields of a CameraInfo message (K, D, height, width), VINS' projection_parameters, or Autoware.AI's CameraMat with the
@@ -50,7 +50,9 @@ _FISHEYE_FIELDS = ("k2", "k3", "k4", "k5")
 
 def recognises(source: Source) -> bool:
     """Return whether this is a YAML mapping with the intrinsics of a camera, or with extrinsics as VINS names them."""
-    root = source.yaml
+    if source.suffix == ".xml" and source.xml.tag != "opencv_storage":
+        return False
+    root = source.storage
     return _is_camera(root) or (
         root.is_mapping and any(_EXTRINSIC.fullmatch(name) for name, _ in root.items())
     )
@@ -67,8 +69,8 @@ def _is_camera(root: Value) -> bool:
 
 def read(source: Source, mounting: Mounting) -> Rig:
     """Return the one camera, or those of a configuration."""
-    if _is_camera(source.yaml):
-        _add_one(source.yaml, source, mounting)
+    if _is_camera(source.storage):
+        _add_one(source.storage, source, mounting)
     else:
         _add_chain(source, mounting)
     mounting.notes.converted("cameras from optical axes")
@@ -94,7 +96,7 @@ def _add_chain(source: Source, mounting: Mounting) -> None:
     """Add the cameras of a VINS configuration; each has its intrinsics in a file next to it."""
     notes = mounting.notes
     found: dict[str, tuple[Matrix, dict[str, Any]]] = {}
-    cameras = {name: value for name, value in source.yaml.items() if _EXTRINSIC.fullmatch(name)}
+    cameras = {name: value for name, value in source.storage.items() if _EXTRINSIC.fullmatch(name)}
     for name, value in cameras.items():
         camera = name.removeprefix("body_T_")
         lens = _beside(source, f"{camera}_calib")
@@ -114,14 +116,14 @@ def _add_chain(source: Source, mounting: Mounting) -> None:
 
 def _beside(source: Source, key: str) -> Value | None:
     """Return the mapping in the file that a field names, which must lie in the same folder; None without one."""
-    named = source.yaml.get(key)
+    named = source.storage.get(key)
     if named is None:
         return None
     name = named.text()
     if name != name.strip() or "/" in name or "\\" in name or name in ("", ".", ".."):
         named.refuse("the name of a file in the same folder")
     found = source.sibling(name)
-    return None if found is None else found.yaml
+    return None if found is None else found.storage
 
 
 def read_lens(root: Value, name: str, notes: Notes) -> dict[str, Any]:
@@ -257,7 +259,7 @@ def camera_info_text(camera: Camera) -> str:
 
 
 UNUSED = (
-    "rectification_matrix|projection_matrix|[RPrp]|header|seq|stamp|camera_name|frame_id|do_rectify"
+    "type_id|rectification_matrix|projection_matrix|[RPrp]|header|seq|stamp|camera_name|frame_id|do_rectify"
     "|Reprojection Error"
 )
 """Fields of a camera's file for rectified pictures, or that name something."""
@@ -268,5 +270,10 @@ _OF_VINS = (
 )
 """Settings of VINS' tracker and solver."""
 OPENCV = Format(
-    "opencv", "OpenCV, ROS or VINS camera", YAML, recognises, read, harmless=f"{UNUSED}|{_OF_VINS}"
+    "opencv",
+    "OpenCV, ROS or VINS camera",
+    (*YAML, ".json", ".xml"),
+    recognises,
+    read,
+    harmless=f"{UNUSED}|{_OF_VINS}",
 )

@@ -183,6 +183,12 @@ class Value:
         return shortened(str(self.raw))
 
 
+def ros_parameters(root: Value) -> Value:
+    """Return the parameters of a node of ROS 2, or the file itself where it is none."""
+    node = next(iter(root.items()), None) if root.is_mapping else None
+    return node[1].item("ros__parameters") if node is not None and "ros__parameters" in node[1] else root
+
+
 def is_encodable(text: str) -> bool:
     """Return whether a text can be written as UTF-8."""
     return text.isascii() or not any("\ud800" <= letter <= "\udfff" for letter in text)
@@ -355,7 +361,7 @@ MAX_BYTES = {
 }
 _BOM = "\ufeff"
 _OPENCV_HEADER = re.compile(r"\A%YAML:1\.[0-9][ \t]*(?:#[^\r\n]*)?(?=\r?$)", re.MULTILINE)
-_OPENCV_KEY = re.compile(r"^([ \t]*[A-Za-z_]\w*):(?=[^\s:/\\])", re.MULTILINE)
+_OPENCV_KEY = re.compile(r"^([ \t]*[A-Za-z_][\w.]*):(?=[^\s:/\\])", re.MULTILINE)
 """A key without a space behind its colon, which OpenCV accepts."""
 _OPENCV_MATRIX = re.compile(r"(:[ \t]+)!!opencv-matrix(?=[ \t\r]*(?:[{#]|$))", re.MULTILINE)
 
@@ -442,6 +448,13 @@ class Source:
         return self.value(plain_value(parse_yaml(text, self.where)))
 
     @cached_property
+    def storage(self) -> Value:
+        """The document of OpenCV's FileStorage: YAML, JSON, or XML with the same names as YAML."""
+        if self.suffix == ".json":
+            return self.json
+        return self.value(_opencv_xml(self.xml)) if self.suffix == ".xml" else self.yaml
+
+    @cached_property
     def toml(self) -> Value:
         """The TOML document; raise InputError with the reason."""
         for number, line in enumerate(self.text.split("\n"), 1):
@@ -464,6 +477,20 @@ class Source:
             raise InputError(f"{self.where}: nested too deeply for a rig file") from error
         except ValueError as error:
             raise InputError(f"{self.where}: {shortened(str(error), 160)}") from error
+
+
+def _opencv_xml(element: Element) -> Any:
+    """Return an element of OpenCV's XML as plain data: a mapping or list of its children, numbers, or its text."""
+    if element.children:
+        found = [(child.tag, _opencv_xml(child)) for child in element.children]
+        named = dict(found)
+        return named if len(named) == len(found) else [value for _, value in found]
+    words = element.text.split()
+    numbers = [_number_in(word) for word in words]
+    if not words or any(map(math.isnan, numbers)):
+        return element.text.strip().strip('"')
+    is_data = element.tag == "data" or len(numbers) > 1
+    return numbers if is_data else int(numbers[0]) if numbers[0].is_integer() else numbers[0]
 
 
 def _load_json(text: str) -> Any:

@@ -70,6 +70,7 @@ def write_files(folder: Path, files: Files) -> Path:
     """Write files into a folder, which is made."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(text, encoding="utf-8")
     return folder
 
@@ -665,6 +666,189 @@ OSI: Files = {
         ]
     )
 }
+ONCE: Files = {
+    "000027.json": json.dumps(
+        {
+            "meta_info": {"weather": "sunny", "image_size": [1920, 1020]},
+            "calib": {
+                "cam01": {  # looks along -y of the LiDAR, which is forward
+                    "cam_to_velo": [[-1, 0, 0, 0.1], [0, 0, -1, -0.5], [0, -1, 0, -0.25], [0, 0, 0, 1]],
+                    "cam_intrinsic": [[960.0, 0, 957.0], [0, 961.0, 510.0], [0, 0, 1]],
+                    "distortion": [-0.3, 0.1, 0.001, 0.0005, -0.02],
+                },
+                "cam09": {
+                    "cam_to_velo": [[1, 0, 0, 0.0], [0, 0, 1, 1.0], [0, -1, 0, -0.25], [0, 0, 0, 1]],
+                    "cam_intrinsic": [[960.0, 0, 957.0], [0, 961.0, 510.0], [0, 0, 1]],
+                    "distortion": [0, 0, 0, 0, 0],
+                },
+            },
+            "frames": [{"sequence_id": "000027", "frame_id": "1", "pose": [0, 0, 0, 1, 0, 0, 0]}],
+        }
+    )
+}
+ZOD: Files = {
+    "calibration.json": json.dumps(
+        {
+            "FC": {
+                "extrinsics": [[0, 0, 1, 2.0], [-1, 0, 0, 0.05], [0, -1, 0, 1.25], [0, 0, 0, 1]],
+                "lidar_extrinsics": [[0, 1, 0, 1.5], [-1, 0, 0, 0.0], [0, 0, 1, 2.0], [0, 0, 0, 1]],
+                "image_dimensions": [3848, 2168],
+                "intrinsics": [[2000.0, 0, 1924.0, 0], [0, 2000.5, 1084.0, 0], [0, 0, 1, 0]],
+                "distortion": [-0.05, 0.01, -0.002, 0.0005],
+                "undistortion": [0.05, 0.01, 0.002, 0.0],
+                "field_of_view": [120.0, 67.0],
+            }
+        }
+    )
+}
+DDAD: Files = {
+    "f1a2.json": json.dumps(
+        {
+            "names": ["LIDAR", "CAMERA_01"],
+            "intrinsics": [{}, {"fx": 2181.5, "fy": 2181.6, "cx": 928.0, "cy": 615.9}],
+            "extrinsics": [
+                {"rotation": {"qw": 1.0}, "translation": {}},
+                {
+                    "rotation": {"qx": -0.5, "qy": 0.5, "qz": -0.5, "qw": 0.5},
+                    "translation": {"x": 2.0, "z": 1.5},
+                },
+            ],
+        }
+    )
+}
+DAIR: Files = {
+    "calib/lidar_to_camera/000000.json": json.dumps(
+        {
+            "rotation": [[0, -1, 0], [0, 0, -1], [1, 0, 0]],
+            "translation": [[0.1], [-0.3], [-0.75]],
+        }
+    ),
+    "calib/camera_intrinsic/000000.json": json.dumps(
+        {
+            "height": 1080,
+            "width": 1920,
+            "cam_D": [-0.4, 0.2, 0.0, 0.0, 0.0],
+            "cam_K": [2100.0, 0.0, 950.0, 0.0, 2101.0, 550.0, 0.0, 0.0, 1.0],
+        }
+    ),
+}
+OPV2V: Files = {
+    "000069.yaml": """\
+camera0:
+  cords: [141.35, -388.75, 1.0, 0.0, 180.0, 0.0]
+  extrinsic: [[1, 0, 0, -3], [0, 1, 0, 0], [0, 0, 1, 0.9], [0, 0, 0, 1]]
+  intrinsic: [[335.639852470912, 0.0, 400.0], [0.0, 335.639852470912, 300.0], [0.0, 0.0, 1.0]]
+camera1:
+  cords: [143.35, -389.25, 1.0, 0.0, 280.0, 0.0]
+  intrinsic: [[335.639852470912, 0.0, 400.0], [0.0, 335.639852470912, 300.0], [0.0, 0.0, 1.0]]
+lidar_pose: [144.0, -388.75, 2.0, 0.0, 180.0, 0.0]
+true_ego_pos: [143.85, -388.75, 0.0, 0.0, 180.0, 0.0]
+ego_speed: 18.1
+"""
+}
+LGSVL: Files = {
+    "sensors.json": json.dumps(
+        [
+            {"type": "GPS Device", "name": "GPS", "params": {"Topic": "/gps"}, "transform": {"z": -1.348649}},
+            {
+                "type": "Lidar",
+                "name": "Lidar",
+                "params": {
+                    "LaserCount": 32,
+                    "MinDistance": 0.5,
+                    "MaxDistance": 100,
+                    "FieldOfView": 41.33,
+                    "CenterAngle": 10,
+                    "MeasurementsPerRotation": 360,
+                },
+                "transform": {"x": 0, "y": 2.312, "z": -0.3679201, "pitch": 0, "yaw": 0, "roll": 0},
+            },
+            {
+                "type": "Color Camera",
+                "name": "Right Camera",
+                "params": {"Width": 1920, "Height": 1080, "FieldOfView": 50},
+                "transform": {"x": 0.5, "y": 1.7, "z": 0.2, "pitch": 10, "yaw": 30, "roll": 5},
+            },
+        ]
+    )
+}
+ORB_SLAM: Files = {
+    "TUM-VI.yaml": """\
+%YAML:1.0
+File.version: "1.0"
+Camera.type: "KannalaBrandt8"
+Camera1.fx: 190.97847715128717
+Camera1.fy: 190.9733070521226
+Camera1.cx: 254.93170605935475
+Camera1.cy: 256.8974428996504
+Camera1.k1: 0.0034823894022493434
+Camera1.k2: 0.0007150348452162257
+Camera1.k3: -0.0020532361418706202
+Camera1.k4: 0.00020293673591811182
+Camera2.fx: 190.44236969414825
+Camera2.fy: 190.4344384721956
+Camera2.cx: 252.59949716835982
+Camera2.cy: 254.91723064636983
+Camera2.k1: 0.0034003170790442797
+Camera2.k2: 0.001766278153469831
+Camera2.k3: -0.00266312569781606
+Camera2.k4: 0.0003299517423931039
+Stereo.T_c1_c2: !!opencv-matrix
+  rows: 4
+  cols: 4
+  dt: f
+  data: [ 0.999999445773493,   0.000791687752817,   0.000694034010224,   0.101063427414194,
+            -0.000823363992158,   0.998899461915674,   0.046895490788700,   0.001946204678584,
+            -0.000656143613644,  -0.046896036240590,   0.998899560146304,   0.001015350132563,
+          0.0,0.0,0.0,1.0]
+Camera.width: 512
+Camera.height: 512
+IMU.T_b_c1: !!opencv-matrix
+   rows: 4
+   cols: 4
+   dt: f
+   data: [-0.9995250378696743, 0.0075019185074052044, -0.02989013031643309, 0.045574835649698026,
+          0.029615343885863205, -0.03439736061393144, -0.998969345370175, -0.071161801837997044,
+         -0.008522328211654736, -0.9993800792498829, 0.03415885127385616, -0.044681254117144367,
+          0.0, 0.0, 0.0, 1.0]
+ORBextractor.nFeatures: 1000
+Viewer.PointSize:2
+"""
+}
+LIO_SAM: Files = {
+    "params.yaml": """\
+lio_sam:
+  lidarFrame: "velodyne"
+  sensor: velodyne
+  N_SCAN: 16
+  Horizon_SCAN: 1800
+  extrinsicTrans: [0.0, 0.0, 0.0]
+  extrinsicRot: [-1, 0, 0, 0, 1, 0, 0, 0, -1]
+"""
+}
+VLCAL: Files = {
+    "calib.json": json.dumps(
+        {
+            "camera": {
+                "camera_model": "plumb_bob",
+                "distortion_coeffs": [-0.04088, 0.08232, 0.00015244, -0.0002905, -0.03995],
+                "intrinsics": [810.3829, 810.2790, 822.8441, 622.4745],
+            },
+            "meta": {"bag_names": ["a"]},
+            "results": {
+                "T_lidar_camera": [
+                    0.029965406350829532,
+                    0.0018510163746144406,
+                    0.10836834957603067,
+                    -0.5020970411416648,
+                    0.49250979122625377,
+                    -0.5009468032383634,
+                    0.5043659060130069,
+                ]
+            },
+        }
+    )
+}
 SMALL: dict[str, Files] = {
     "nuscenes": NUSCENES,
     "autoware": AUTOWARE_KIT,
@@ -689,6 +873,15 @@ SMALL: dict[str, Files] = {
     "basalt": BASALT,
     "a2d2": A2D2,
     "sdf": SDF,
+    "once": ONCE,
+    "zod": ZOD,
+    "ddad": DDAD,
+    "dair-v2x": DAIR,
+    "opv2v": OPV2V,
+    "lgsvl": LGSVL,
+    "orb-slam3": ORB_SLAM,
+    "lio-sam": LIO_SAM,
+    "vlcal": VLCAL,
     "osi": OSI,
 }
 """A valid rig in every format that is read; the last one is another form of the one before."""

@@ -190,3 +190,41 @@ def test_a_full_turn_of_airsim_is_one_wherever_it_begins() -> None:
                 sensor |= {"HorizontalFOVStart": start, "HorizontalFOVEnd": end}
         (lidar,) = read_files({"settings.json": json.dumps(settings)}, options=AT_ORIGIN).rig.enabled_lidars()
         assert lidar.azimuths()[0] == first
+
+
+DELFT_P = "".join(
+    f"P{index}: 1495.468642 0.0 961.272442 0.0 0.0 1495.468642 624.89592 0.0 0.0 0.0 1.0 0.0\n"
+    for index in range(4)
+)
+DELFT = {
+    "lidar": f"""\
+{DELFT_P}R0_rect: 1.0 0.0 0.0 0.0 1.0 0.0 0.0 0.0 1.0
+Tr_velo_to_cam: -0.0079802 -0.9998541 0.0151049 0.151 0.118497 -0.0159445 -0.9928264 -0.461 0.9929224 -0.0061331 \
+0.1186069 -0.915
+Tr_imu_to_velo:
+""",
+    "radar": f"""\
+{DELFT_P}R0_rect: 1.0 0.0 0.0 0.0 1.0 0.0 0.0 0.0 1.0
+Tr_velo_to_cam: -0.013857 -0.9997468 0.01772762 0.05283124 0.10934269 -0.01913807 -0.99381983 0.98100483 0.99390751 \
+-0.01183297 0.1095802 1.44445002
+Tr_imu_to_velo:
+""",
+}
+"""As in the example set of View of Delft."""
+
+
+@pytest.mark.parametrize("kinds", [("lidar", "radar"), ("lidar",), ("radar",), ()])
+def test_view_of_delft_is_one_camera_with_its_lidar_and_radar(kinds: tuple[str, ...], tmp_path: Path) -> None:
+    """It was four cameras in one place, and its radar a Velodyne."""
+    for kind in kinds or ("elsewhere",):
+        text = DELFT[kind if kinds else "lidar"]
+        write_files(tmp_path, {f"{kind}/training/calib/00549.txt": text})
+    read = read_rig(next(tmp_path.rglob("*.txt")))
+    found = {sensor.kind: sensor for sensor in read.rig.sensors}
+    assert len(found) == len(read.rig.sensors)
+    assert set(found) == {"camera", *(kinds or ("lidar",))}
+    camera = found["camera"]
+    assert isinstance(camera, Camera) and camera.image == ((1936, 1216) if kinds else (1923, 1250))
+    if len(kinds) == 2:
+        apart = np.subtract(found["radar"].position, found["lidar"].position)
+        assert apart == pytest.approx((2.5144, 0.0607, -1.1533), abs=1e-4)

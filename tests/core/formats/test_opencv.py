@@ -1,5 +1,7 @@
 """Cameras as OpenCV, ROS and VINS write them: lens models, extrinsics of a VINS configuration, and what is refused."""
 
+import json
+
 import numpy as np
 import pytest
 from ruamel.yaml import YAML
@@ -40,6 +42,54 @@ def test_camera_info_file_of_ros() -> None:
     assert front.distortion == BrownConrady(k1=-0.3, k2=0.1, p1=0.001, p2=-0.002, k3=0.01)
     assert_same_pose(sensor_matrix(front), np.eye(4))
     assert has(read.report, "approximated", "pose of the camera not in the file")
+
+
+STORAGE_XML = """\
+<?xml version="1.0"?>
+<opencv_storage>
+<calibration_time>"Sat Nov 28 2026"</calibration_time>
+<image_width>1280</image_width>
+<image_height>720</image_height>
+<camera_matrix type_id="opencv-matrix">
+  <rows>3</rows><cols>3</cols><dt>d</dt>
+  <data>1000.5 0. 640.25 0. 1001.5
+    360.75 0. 0. 1.</data></camera_matrix>
+<distortion_coefficients type_id="opencv-matrix">
+  <rows>5</rows><cols>1</cols><dt>d</dt>
+  <data>-3.0e-01 1.0e-01 1.0e-03 -2.0e-03 1.0e-02</data></distortion_coefficients>
+<grid_points><_>0. 0. 0.</_><_>1. 0. 0.</_></grid_points>
+</opencv_storage>
+"""
+
+
+def storage_json() -> str:
+    matrix = {"type_id": "opencv-matrix", "rows": 3, "cols": 3, "dt": "d"}
+    return json.dumps(
+        {
+            "image_width": 1280,
+            "image_height": 720,
+            "camera_matrix": matrix | {"data": [1000.5, 0.0, 640.25, 0.0, 1001.5, 360.75, 0.0, 0.0, 1.0]},
+            "distortion_coefficients": matrix
+            | {"rows": 5, "cols": 1, "data": [-0.3, 0.1, 0.001, -0.002, 0.01]},
+        }
+    )
+
+
+@pytest.mark.parametrize("files", [{"front_camera.xml": STORAGE_XML}, {"front_camera.json": storage_json()}])
+def test_xml_and_json_of_opencv_are_the_same_camera(files: Files) -> None:
+    assert camera(files) == camera(OPENCV)
+    assert not any("is not used" in line for line in read_files(files).report.lines())
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["<package/>", "<opencv_storage/>", "<opencv_storage><image_width>a</image_width></opencv_storage>"],
+)
+def test_other_xml_is_refused_in_one_line(text: str) -> None:
+    with pytest.raises(InputError, match="not a rig in a known format"):
+        read_files({"a.xml": text})
+    with pytest.raises(InputError):
+        read_files({"a.xml": text}, "opencv")
 
 
 def test_the_projection_of_a_written_camera_is_its_matrix() -> None:

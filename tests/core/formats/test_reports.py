@@ -192,10 +192,13 @@ def test_carla_beams_and_turns_are_counted_as_carla_does() -> None:
     assert found.azimuths().size == 320_000 / (20 * 32) and found.range_m == (0.0, 50.0)
 
 
+NEWER = "osi basalt a2d2 sdf once zod ddad dair-v2x opv2v lgsvl orb-slam3 lio-sam vlcal"
+
+
 def test_the_list_of_formats_is_the_documented_one() -> None:
     both = ["riglens", "nuscenes", "autoware", "urdf", "carla", "carla-toml", "driveworks"]
     read = "pandaset argoverse kalibr euroc fast-livo apollo opencv kitti kitti-360 boreas airsim mmdet3d carla-agent"
-    assert list(readable()) == [*both, *read.split(), "osi", "basalt", "a2d2", "sdf"]
+    assert list(readable()) == [*both, *read.split(), *NEWER.split()]
     assert list(writable()) == [*both, "osi"]
 
 

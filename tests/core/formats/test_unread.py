@@ -40,6 +40,15 @@ PLACES: dict[str, tuple[str, str, str]] = {
     "basalt": ("calibration.json", '"fx": 379.5', JSON),
     "a2d2": ("cams_lidars.json", '"Lens": "Telecam"', JSON),
     "sdf": ("car.sdf", "<scan>", "<{key}>{value}</{key}>"),
+    "once": ("000027.json", '"cam_intrinsic"', JSON),
+    "zod": ("calibration.json", '"distortion"', JSON),
+    "ddad": ("f1a2.json", '"fx"', JSON),
+    "dair-v2x": ("calib/camera_intrinsic/000000.json", '"cam_D"', JSON),
+    "opv2v": ("000069.yaml", "  intrinsic", "  {key}: {value}\n"),
+    "lgsvl": ("sensors.json", '"FieldOfView": 50', JSON),
+    "orb-slam3": ("TUM-VI.yaml", "Camera1.fy", "{key}: {value}\n"),
+    "lio-sam": ("params.yaml", "  N_SCAN", "  {key}: {value}\n"),
+    "vlcal": ("calib.json", '"intrinsics"', JSON),
     "osi": ("osi.json", '"range"', JSON),
 }
 """File, text before which a field is put, and how the format writes a field."""
