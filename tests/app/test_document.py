@@ -158,6 +158,11 @@ def test_the_last_of_several_is_the_current_one_and_selecting_all_keeps_it(ten: 
     assert (ten.selection, ten.selected) == (("l5", "l1"), "l1")
     ten.choose_all()
     assert (len(ten.selection), ten.selected) == (10, "l1")
+    ten.choose(("l5", "l1"))
+    ten.choose_more(("l5", "l2"))
+    assert ten.selection == ("l1", "l5", "l2")
+    ten.choose_fewer(("l5", "l9"))
+    assert ten.selection == ("l1", "l2")
 
 
 def test_a_selection_is_told_of_once_and_only_when_it_changes(ten: Document) -> None:

@@ -288,6 +288,8 @@ def test_searches_of_the_session_are_kept_until_other_data_are_loaded(
     searched(desk, other)
     desk.qtbot.waitUntil(lambda: box.count() == 2, timeout=TIMEOUT_MS)
     assert propose.result is other and "12.30 % now" in propose.panel.sentence.text()
+    titles = [box.itemText(place) for place in range(2)]
+    assert titles[0] != titles[1] and all("generic-16" in title for title in titles)
     choose_item(box, box.itemText(0))
     assert propose.result is result and "12.30 % now" not in propose.panel.sentence.text()
     desk.load()

@@ -126,6 +126,16 @@ def test_an_exchange_leaves_the_trap_of_greedy_choice() -> None:
     assert sorted(done(swap(table, limits, start))) == [1, 2]
 
 
+def test_a_search_begins_at_what_is_there_as_well() -> None:
+    """0 and 1 cover 9 cells, which greedy choice and exchanges do not leave; 2 and 3 cover all 10."""
+    covered = ([0, 1, 2, 5, 6, 7], [3, 4, 8], [0, 1, 2, 3, 4], [5, 6, 7, 8, 9])
+    cells, worth = [np.array(c, np.int32) for c in covered], np.arange(11, dtype=np.int64)[None]
+    table = CoverTable(cells, np.zeros(10, np.int32), np.zeros(1, np.int32), np.zeros(1, np.uint8), worth, 1)
+    limits = Limits(2, np.ones(4), np.inf, np.eye(4, dtype=np.bool_))
+    assert done(search(table, limits)) == [0, 1]
+    assert done(search(table, limits, (2, 3))) == [2, 3]
+
+
 def test_a_second_goal_comes_first_until_its_level() -> None:
     rng = np.random.default_rng(3)
     first, second = random_table(rng, 12), random_columns(rng, 12)

@@ -99,12 +99,18 @@ def test_the_own_car_is_drawn_where_the_mask_says(view: SensorViewPanel) -> None
 
 def test_hovering_over_a_range_image_names_beam_angles_and_what_is_hit(view: SensorViewPanel) -> None:
     view.show_ranges(range_image(LIDAR, boxes((1, 8.0, 0.0)), NO_BODY), 40.0)
-    area = view.ranges.image_area
+    area, of_all = view.ranges.image_area, view.ranges.readout()
     hover(view.ranges, QPointF(area.center().x() - 1, area.top() + area.height() / 2).toPoint())
     assert view.ranges.readout().startswith("beam 3 of 3 · 3.00° down, ")
     assert view.ranges.readout().endswith("bicycle, 7.5 m")
     hover(view.ranges, QPointF(area.left() + 3, area.top() + 3).toPoint())
     assert view.ranges.readout().endswith("no return")
+    for beside in (
+        QPointF(area.center().x(), area.bottom() + 2),
+        QPointF(area.right() + 2, area.center().y()),
+    ):
+        hover(view.ranges, beside.toPoint())
+        assert view.ranges.readout() == of_all
 
 
 def test_range_images_are_coloured_by_range_or_by_what_is_hit(view: SensorViewPanel) -> None:
