@@ -21,7 +21,7 @@ import time
 import traceback
 import warnings
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -55,29 +55,29 @@ from tests.core.test_occluders import POSES as POSES_OF_FRAMES
 LONGEST_S, LONGEST_WAIT_S = 20, 600
 """Of the processor, far above the limits of every reader, and by the clock, where something waits for ever."""
 LONGEST_LINE = 500
+ROUNDS = 20
+"""Of the targets, one of which slow ones take part in."""
 Attempt = Callable[[random.Random], None]
 
 
 @dataclass(frozen=True)
 class Target:
-    """Something that takes input: `attempt` hands broken input in; `files` are those that it breaks, one of which a
-    line that refuses them names if `is_named`."""
+    """Something that takes input: `attempt` hands broken input in; `files` are those that it breaks. A line that
+    refuses them has one of the `names`. A slow one takes as long as twenty others."""
 
     name: str
     attempt: Attempt
     files: tuple[Path, ...] = ()
-    is_named: bool = False
+    names: tuple[str, ...] = ("",)
+    is_slow: bool = False
 
     def is_told_by(self, line: str) -> bool:
         """Return whether a line names what is wrong."""
-        names = (
-            [name for file in self.files for name in (file.name, file.parent.name)] if self.is_named else [""]
-        )
         return (
             bool(line)
             and line.isprintable()
             and len(line) <= LONGEST_LINE
-            and any(name in line for name in names)
+            and any(name in line for name in self.names)
         )
 
 
@@ -114,9 +114,21 @@ def targets(folder: Path) -> list[Target]:
 
 
 def _of_files(
-    name: str, read: Callable[[random.Random], object], *files: Path, is_named: bool = False
+    name: str,
+    read: Callable[[random.Random], object],
+    *files: Path,
+    opened: Path | None = None,
+    is_slow: bool = False,
 ) -> Target:
-    """Breaks one of some files at a time, reads, and puts the file in order again."""
+    """Breaks one of some files at a time, reads, and puts the file in order again.
+
+    With `opened`, the file or folder that is opened, a line has to name it, a file or its folder.
+    """
+    names = (
+        ("",)
+        if opened is None
+        else (opened.name, *(one for file in files for one in (file.name, file.parent.name)))
+    )
     sound = {file: file.read_bytes() for file in files}
 
     def attempt(chance: random.Random) -> None:
@@ -125,7 +137,7 @@ def _of_files(
         read(chance)
         file.write_bytes(sound[file])
 
-    return Target(name, attempt, files, is_named)
+    return Target(name, attempt, files, names, is_slow)
 
 
 def _formats(folder: Path) -> Iterator[Target]:
@@ -141,7 +153,7 @@ def _formats(folder: Path) -> Iterator[Target]:
             if chance.random() < 0.1:
                 _write(rig)
 
-        yield _of_files(f"rig {case}", read, *paths, is_named=True)
+        yield _of_files(f"rig {case}", read, *paths, opened=path)
 
 
 def _write(rig: Rig) -> None:
@@ -187,7 +199,7 @@ def _xacro(folder: Path) -> Target:
         file.write_bytes(content)
         read_rig(chance.choice(files[::2]))
 
-    return Target("rig xacro", attempt, files)
+    return Target("rig xacro", attempt, files, is_slow=True)
 
 
 def _boxes(folder: Path) -> Iterator[Target]:
@@ -200,7 +212,7 @@ def _boxes(folder: Path) -> Iterator[Target]:
             f"boxes {source.__name__}",
             lambda _, path=sound.path: _read_boxes(path),  # type: ignore[misc]
             *sound.files,
-            is_named=True,
+            opened=sound.path,
         )
 
 
@@ -225,7 +237,7 @@ def _pog(folder: Path) -> Target:
     folder.mkdir(parents=True)
     path = folder / "a.npz"
     save_pog(build_pog(open_boxes(csv_file(folder).path), VoxelGrid(1.0, (20.0, 20.0, 4.0))), path)
-    return _of_files("POG", lambda _: load_pog(path), path, is_named=True)
+    return _of_files("POG", lambda _: load_pog(path), path, opened=path)
 
 
 def _meshes(folder: Path) -> Iterator[Target]:
@@ -235,7 +247,12 @@ def _meshes(folder: Path) -> Iterator[Target]:
     for ending in ("glb", "obj", "ply", "stl"):
         path = folder / f"a.{ending}"
         trimesh.creation.box((4.0, 2.0, 1.5)).export(path)
-        yield _of_files(f"mesh {ending}", lambda _, path=path: parse_mesh(path), path)  # type: ignore[misc]
+        yield _of_files(
+            f"mesh {ending}",
+            lambda _, path=path: parse_mesh(path),  # type: ignore[misc]
+            path,
+            is_slow=ending == "glb",
+        )
 
 
 LIBRARY = """made-up-16:
@@ -255,7 +272,7 @@ def _caches(folder: Path) -> Iterator[Target]:
     kept = cache_folder() / library.NAME
     bundled = asset_path("library.yaml")
     library.stored_entries(bundled)
-    yield _of_files("cache of the library", lambda _: library.stored_entries(bundled), kept)
+    yield _of_files("cache of the library", lambda _: library.stored_entries(bundled), kept, is_slow=True)
     yield _of_files("library of the user", lambda _: library.read_entries(own, own.name), own)
     kernels = KernelFolder()
     kernels.write("fuzz.nbc", b"machine code" * 20)
@@ -310,7 +327,7 @@ def _autosave(folder: Path) -> Target:
     rig = preset("W+T")
     autosave.AutosaveFile(folder).write(autosave.Unsaved(rig, rig, None))
     (path,) = folder.glob(f"*{autosave.SUFFIX}")
-    return _of_files("autosave", lambda _: autosave.orphans(folder), path)
+    return _of_files("autosave", lambda _: autosave.orphans(folder), path, is_slow=True)
 
 
 POSES = (
@@ -390,7 +407,7 @@ def _texts() -> Iterator[Target]:
 
     yield Target("clipboard: sensors", paste)
     yield Target("clipboard: a pose", paste_pose)
-    yield Target("command line", _command)
+    yield Target("command line", _command, is_slow=True)
 
 
 def _command(chance: random.Random) -> None:
@@ -448,26 +465,32 @@ def _time_limit() -> Iterator[None]:
             signal.signal(number, handler)
 
 
+def turns(every: Sequence[Target]) -> list[Target]:
+    """Return ROUNDS rounds of the targets, slow ones in the first alone."""
+    return [target for number in range(ROUNDS) for target in every if number == 0 or not target.is_slow]
+
+
 def run(
     count: int, seed: int, seconds: float = float("inf"), only: str = ""
 ) -> tuple[Counter[str], list[Crash]]:
     """Hand inputs to the targets with `only` in their names, in turn; what came out by target, and the crashes."""
     found, crashes, ends_s = Counter[str](), list[Crash](), time.monotonic() + seconds
     with tempfile.TemporaryDirectory(prefix="riglens-fuzz-") as folder, _own_cache(Path(folder) / "cache"):
-        every = [target for target in targets(Path(folder)) if only in target.name]
+        every = turns([target for target in targets(Path(folder)) if only in target.name])
+        sound = {file: file.read_bytes() for target in every for file in target.files}
         with contextlib.suppress(KeyboardInterrupt):  # told with what there is by then
             for number in range(count):
                 if time.monotonic() > ends_s:
                     break
                 target, chance = every[number % len(every)], random.Random(f"{seed} {number}")
-                sound = [file.read_bytes() for file in target.files]
                 said = outcome(target, chance)
                 if said not in ("read", "refused"):
                     inputs = tuple((file.name, file.read_bytes()) for file in target.files)
                     crashes.append(Crash(target.name, number, said, inputs))
                 found[f"{target.name}: {said if said in ('read', 'refused') else 'CRASH'}"] += 1
-                for file, content in zip(target.files, sound, strict=True):
-                    file.write_bytes(content)
+                for file in target.files:
+                    if not file.exists() or file.read_bytes() != sound[file]:
+                        file.write_bytes(sound[file])
     return found, crashes
 
 
