@@ -1,8 +1,8 @@
 """Note which functions of the product each test calls, for `mutation.py`: pytest -p tests.calls.
 
 RIGLENS_CALLS names the folder that gets a JSON file per process: the seconds of each test, and by function those
-tests that call the fewest others, one case of each before the next. Compiled kernels show no calls, unless they run as
-plain Python.
+tests that call the fewest others, one case of each before the next. A test that fails notices nothing. Compiled kernels
+show no calls, unless they run as plain Python.
 """
 
 from __future__ import annotations
@@ -33,6 +33,7 @@ class Calls:
         self.tests: dict[str, tuple[int, float]] = {}
         """By test: the number of functions that it calls, and its seconds."""
         self.callers: dict[str, list[str]] = {}
+        self._failed = set[str]()
 
     def trace(self, frame: FrameType, _event: str, _arg: object) -> None:
         """Note a call; lines within it are not followed."""
@@ -56,14 +57,17 @@ class Calls:
                 self.callers.setdefault(name, []).append(item.nodeid)
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Add up the seconds of a test."""
+        """Add up the seconds of a test, and note whether it failed."""
+        if report.failed:
+            self._failed.add(report.nodeid)
         count, seconds = self.tests.get(report.nodeid, (0, 0.0))
         self.tests[report.nodeid] = (count, seconds + report.duration)
 
     def pytest_sessionfinish(self) -> None:
         """Write what was noted."""
         self._folder.mkdir(parents=True, exist_ok=True)
-        kept = {name: nearest(tests, self.tests) for name, tests in self.callers.items()}
+        passed = {name: set(tests) - self._failed for name, tests in self.callers.items()}
+        kept = {name: nearest(tests, self.tests) for name, tests in passed.items() if tests}
         text = json.dumps({"tests": self.tests, "callers": kept})
         (self._folder / f"{os.getpid()}.json").write_text(text, encoding="utf-8")
 

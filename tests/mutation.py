@@ -46,7 +46,16 @@ MOST_S = 40.0
 """That the tests which run for one mistake may take without it."""
 LONGEST_S = 90.0
 """A run that takes longer hangs: the mistake is noticed."""
-KERNEL_TESTS = "tests/core/kernels"
+KERNEL_TESTS = (
+    "tests/core/kernels",
+    "tests/core/targets/test_brute_force.py",
+    "tests/core/targets/test_clearance.py",
+    "tests/core/test_blocked.py",
+    "tests/core/test_body_blocking.py",
+    "tests/core/optimise/test_bounds.py",
+    "tests/core/optimise/test_run.py",
+)
+"""Run as plain Python, too; most others would take minutes."""
 PLAIN = {"NUMBA_DISABLE_JIT": "1", "PYTEST_ADDOPTS": "-p tests.core.kernels.plain_kernels -W ignore"}
 
 # ---------------------------------------------------------------- operators over the syntax tree
@@ -227,11 +236,11 @@ class Callers:
         return chosen
 
 
-def note_calls(copy: Path, folder: Path, chosen: tuple[str, ...] = ("tests", KERNEL_TESTS)) -> None:
-    """Run tests of a copy once and note what they call; those of kernels as plain Python."""
+def note_calls(copy: Path, folder: Path, *chosen: str) -> None:
+    """Run tests of a copy once and note what they call: `chosen`, or all, and those of kernels as plain Python."""
     environment = {**os.environ, "PYTHONPATH": str(copy), "RIGLENS_CALLS": str(folder)}
-    for tests in chosen:
-        options = PLAIN if tests == KERNEL_TESTS else {}
+    runs = [(chosen, {})] if chosen else [(("tests",), {}), (KERNEL_TESTS, PLAIN)]
+    for tests, options in runs:
         command = [
             sys.executable,
             "-m",
@@ -243,7 +252,7 @@ def note_calls(copy: Path, folder: Path, chosen: tuple[str, ...] = ("tests", KER
             "tests.calls",
             "-n",
             "logical",
-            tests,
+            *tests,
         ]
         subprocess.run(command, cwd=copy, env=environment | options, check=False)
 

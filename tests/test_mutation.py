@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.calls import nearest
+from tests.calls import Calls, nearest
 from tests.mutation import REPOSITORY, Callers, mutations_of, note_calls, sample, score
 
 SOURCE = '''"""A module."""
@@ -85,9 +85,20 @@ def test_of_a_test_with_many_cases_the_first_runs_before_other_tests_and_the_sec
     assert nearest(noted, noted)[:3] == ["refused[0]", "whole", "refused[1]"]
 
 
+def test_a_test_that_fails_is_no_test_of_what_it_calls(tmp_path: Path) -> None:
+    calls = Calls(tmp_path)
+    calls.tests = {"fails": (1, 0.0), "passes": (2, 0.0)}
+    calls.callers = {"module.py:first": ["fails", "passes"], "module.py:other": ["fails"]}
+    for name, outcome in (("fails", "failed"), ("passes", "passed")):
+        calls.pytest_runtest_logreport(pytest.TestReport(name, ("", 0, ""), {}, outcome, None, "call"))
+    calls.pytest_sessionfinish()
+    (noted,) = tmp_path.glob("*.json")
+    assert json.loads(noted.read_text(encoding="utf-8"))["callers"] == {"module.py:first": ["passes"]}
+
+
 @pytest.mark.slow
 def test_tests_notice_most_small_mistakes(tmp_path: Path) -> None:
-    note_calls(REPOSITORY, tmp_path / "calls", ("tests/core/test_geometry.py",))
+    note_calls(REPOSITORY, tmp_path / "calls", "tests/core/test_geometry.py")
     mistakes = sample(REPOSITORY, ["core/geometry.py"], 30, seed=1)
     outcomes = score(REPOSITORY, mistakes, tmp_path / "log.jsonl", tmp_path / "calls")
     survivors = [str(mutation) for mutation, noticed in outcomes.items() if not noticed]
