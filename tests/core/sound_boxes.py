@@ -76,6 +76,45 @@ def nuscenes_compressed(folder: Path) -> Sound:
     return Sound(folder, tuple(file.with_suffix(".json.gz") for file in sound.files))
 
 
+ONCE = b"""{"meta_info": {}, "calib": {}, "frames": [{"frame_id": "1", "annos": {"names": ["Car", "Cyclist"],
+"boxes_3d": [[1,-9,-1,4.5,1.8,1.5,0.5], [2,3,-1,2,1,2,0]]}}, {"frame_id": "2"}]}"""
+ZOD_CALIBRATION = b'{"FC": {"lidar_extrinsics": [[0,1,0,1.5],[-1,0,0,0],[0,0,1,2],[0,0,0,1]]}}'
+ZOD = b"""[{"properties": {"class": "Vehicle", "object_type": "Car", "location_3d": {"coordinates": [-2, 20, -1.25]},
+"size_3d_length": 4.5, "size_3d_width": 1.8, "size_3d_height": 1.5, "orientation_3d_qw": 0.8, "orientation_3d_qx": 0,
+"orientation_3d_qy": 0, "orientation_3d_qz": 0.6}}, {"properties": {"class": "TrafficSign"}}]"""
+DAIR = b"""[{"type": "Car", "3d_dimensions": {"h": "1.5", "w": 1.8, "l": 4.5}, "rotation": "0.5",
+"3d_location": {"x": 12.5, "y": -3, "z": -1}}]"""
+OPV2V = b"""true_ego_pos: [100.0, 50.0, 0.1, 0.0, 90.0, 0.0]
+vehicles:
+  42: {angle: [0.0, 60.0, 0.0], center: [0.0, 0.0, 0.75], extent: [2.25, 0.9, 0.75], location: [102.0, 70.0, 0.1]}
+"""
+
+
+def _files(folder: Path, files: dict[str, bytes], path: str = ".") -> Sound:
+    for name, data in files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(data)
+    return Sound(folder / path, tuple(folder / name for name in files))
+
+
+def once(folder: Path) -> Sound:
+    return _files(folder, {"000027/000027.json": ONCE}, "000027")
+
+
+def zod(folder: Path) -> Sound:
+    return _files(
+        folder, {"000001/annotations/object_detection.json": ZOD, "000001/calibration.json": ZOD_CALIBRATION}
+    )
+
+
+def dair_v2x(folder: Path) -> Sound:
+    return _files(folder, {"label/lidar/000000.json": DAIR})
+
+
+def opv2v(folder: Path) -> Sound:
+    return _files(folder, {"641/000069.yaml": OPV2V})
+
+
 def argoverse_lz4(folder: Path) -> Sound:
     file = write_log(folder, random_columns(3, 4))
     return Sound(folder, (file,))
@@ -97,4 +136,8 @@ SOURCES: tuple[Callable[[Path], Sound], ...] = (
     nuscenes_compressed,
     argoverse_lz4,
     argoverse_plain,
+    once,
+    zod,
+    dair_v2x,
+    opv2v,
 )

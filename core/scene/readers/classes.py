@@ -77,6 +77,11 @@ PANDASET = _table(
     between=",",
 )
 
+# ONCE, ZOD, DAIR-V2X and OPV2V. Tricycles, barrows and wheelchairs are neither cycles nor people on foot: not mapped.
+FRAME_FILES = _table(
+    "car bus truck van trailer heavyequip vehicle", "cyclist bicycle motorcycle motorcyclist", "pedestrian"
+)
+
 # Blueprints of CARLA 0.9: "vehicle.", maker, model; the makers of two-wheelers make nothing else there.
 CARLA_BLUEPRINTS = _table(
     "vehicle.audi.* vehicle.bmw.* vehicle.carlamotors.* vehicle.chevrolet.* vehicle.citroen.* vehicle.dodge.*"

@@ -13,9 +13,18 @@ from riglens.core.scene.limits import require_few_files
 from riglens.core.scene.readers import argoverse_files, nuscenes
 from riglens.core.scene.readers.argoverse_files import find_logs, is_feather
 from riglens.core.scene.readers.carla import FOLDERS, CarlaSource
-from riglens.core.scene.readers.classes import ANY_TABLE, ARGOVERSE, CARLA, KITTI, NUSCENES, ClassTable
+from riglens.core.scene.readers.classes import (
+    ANY_TABLE,
+    ARGOVERSE,
+    CARLA,
+    FRAME_FILES,
+    KITTI,
+    NUSCENES,
+    ClassTable,
+)
 from riglens.core.scene.readers.collection import BoxCollection
 from riglens.core.scene.readers.common import BoxFormat, BoxOptions, FileBoxSource, readable
+from riglens.core.scene.readers.frame_files import DAIR, ONCE, OPV2V, ZOD, FrameFilesSource, Layout
 from riglens.core.scene.readers.kitti import OBJECT, TRACKING, VELODYNE_M, KittiSource, LabelLayout
 from riglens.core.scene.readers.nuscenes import NuscenesSource
 from riglens.core.scene.readers.nuscenes_tables import tables_folder
@@ -164,6 +173,16 @@ def _box_tables(path: Path) -> list[Path]:
     return sorted(file for file in files if file.is_file() and not file.name.startswith("."))
 
 
+def _of_files(layout: Layout, title: str, origin_m: Vec3 | None = None, origin_is: str = "") -> BoxFormat:
+    """Return the format of a data set with a file for each frame or sequence."""
+    return BoxFormat(
+        layout.name, title,
+        lambda place: bool(layout.finds(place)),
+        lambda place, options: FrameFilesSource(place, options, layout),
+        FRAME_FILES, origin_m, origin_is,
+    )  # fmt: skip
+
+
 _FORMATS = (
     BoxFormat(
         "nuscenes", "a nuScenes folder",
@@ -185,6 +204,10 @@ _FORMATS = (
         lambda place: is_feather(place) if place.is_file() else bool(find_logs(place)),
         _open_argoverse, ARGOVERSE, argoverse_files.REAR_AXLE_M, "the rear axle", find_logs,
     ),
+    _of_files(ONCE, "a sequence or folder of ONCE"),
+    _of_files(ZOD, "a frame or folder of ZOD"),
+    _of_files(DAIR, "a vehicle's side of DAIR-V2X"),
+    _of_files(OPV2V, "an agent or scenario of OPV2V", (0.0, 0.0, 0.0), "the vehicle's actor"),
 )  # fmt: skip
 """The built-in formats of folders and logs, in the order in which they are tried."""
 _TABLE = BoxFormat(
