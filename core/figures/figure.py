@@ -7,6 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
 from riglens.core.scene.boxes import CLASSES
 
 if TYPE_CHECKING:
@@ -33,7 +36,8 @@ class Estimate:
 
     state: "exact"; "sampled": of some frames; "outside" the figure's domain, and "none": there is nothing to measure,
     both with the reason. value: 0 where there is none. sample_se: the part of `se` that more frames would remove;
-    objects: number of objects that it was measured on; parts: the value with sensors of one kind alone, by kind.
+    objects: number of objects that it was measured on; parts: the value with sensors of one kind alone, by kind; runs:
+    how far each run of frames moves the value, from which a change gets its error.
     """
 
     value: float = 0.0
@@ -43,6 +47,7 @@ class Estimate:
     sample_se: float = 0.0
     objects: int = 0
     parts: Mapping[str, float] = field(default_factory=dict, hash=False)
+    runs: tuple[float, ...] = field(default=(), repr=False)
 
     @property
     def exists(self) -> bool:
@@ -50,15 +55,27 @@ class Estimate:
         return self.state != "none"
 
     def minus(self, before: Estimate) -> Estimate:
-        """Return the change from another estimate, or the reason of the one that is missing."""
+        """Return the change from another estimate of the same objects, with its error in traffic like theirs; or the
+        reason of the one that is missing."""
         lacking = next((one for one in (self, before) if not one.exists), None)
+        many = max(len(self.runs), len(before.runs))
+        mine, theirs = (np.array(one.runs or (0.0,) * many) for one in (self, before))
+        se = float(error_of_runs(mine - theirs))
         change = self.value - before.value
-        return lacking or Estimate(change, state=self.state, reason=self.reason, objects=before.objects)
+        return lacking or Estimate(change, se, self.state, self.reason, objects=before.objects)
 
     @classmethod
     def none(cls, reason: str) -> Estimate:
         """Return the estimate of a figure that a rig or scene does not have."""
         return cls(state="none", reason=reason)
+
+
+def error_of_runs(runs: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the standard error of a value (...) in other traffic of its kind, from how far each run of frames (runs,
+    ...) moves it: 0 with fewer than two runs. A ratio of totals over runs, linearised (Cochran, Sampling Techniques,
+    1977, chapter 6), without a correction for a finite number of runs."""
+    many = len(runs)
+    return np.asarray(np.sqrt((runs**2).sum(axis=0) * (many / (many - 1) if many > 1 else 0.0)))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.figures.figure import CLASSES_AND_ALL, Estimate, Figure, absence
+from riglens.core.figures.figure import CLASSES_AND_ALL, Estimate, Figure, absence, error_of_runs
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.sectors import SECTORS
 from riglens.core.sensors.registry import kind_named
@@ -67,8 +67,10 @@ class ObjectFigure(Figure):
         row = CLASSES_AND_ALL.index(who)
         if not mine.exists or not cells.objects[row, 0]:
             return mine
-        se, change = float(cells.change_se[row, 0]), float(cells.change[row, 0])
-        return replace(mine, value=change, se=se, sample_se=se)
+        change, se, sample_se = (
+            float(one[row, 0]) for one in (cells.change, cells.traffic_se, cells.change_se)
+        )
+        return replace(mine, value=change, se=se, sample_se=sample_se, runs=())
 
     def calibrated(self, counted: Counted) -> Calibration | None:
         """Return the calibration that the figure rests on, None without any."""
@@ -104,8 +106,10 @@ class ObjectFigure(Figure):
         outside = "" if calibration is None else counted.outside(calibration)
         errors = np.zeros(len(CLASSES_AND_ALL)) if calibration is None else calibration.errors
         is_whole = counted.frames_used == counted.frames
-        table = self._means(counted.groups, by, self.values(counted))
+        values = self.values(counted)
+        table = self._means(counted.groups, by, values)
         alone = {kind: one.estimates(counted, by, rows) for kind, one in self.parts.items()}
+        runs = self._runs(counted.groups, values) if by == "all" and not self.is_median else None
         found = {}
         for who in rows:
             row = CLASSES_AND_ALL.index(who)
@@ -117,7 +121,8 @@ class ObjectFigure(Figure):
                 whole = math.hypot(se, own) if calibration is not None else se
                 state: Any = "outside" if outside else "exact" if is_whole and not whole else "sampled"
                 parts = {kind: one[who][place].value for kind, one in alone.items()}
-                estimate = Estimate(value, whole, state, outside, se, number, parts)
+                moved = () if runs is None else tuple(runs[:, row].tolist())
+                estimate = Estimate(value, whole, state, outside, se, number, parts, moved)
                 if not number or lack:
                     reason = lack or absence(who)
                     estimate = replace(
@@ -149,6 +154,16 @@ class ObjectFigure(Figure):
             np.vstack([whole[1], errors]),
         )
 
+    def _runs(self, groups: Groups, values: Doubles) -> Doubles:
+        """Return how far each run of frames moves the mean, (runs, len(CLASSES_AND_ALL))."""
+        by_class = groups.deviations(values)
+        if self.of_classes:
+            there = max(len(np.unique(groups.cls[~np.isnan(values)])), 1)
+            whole = by_class.sum(axis=1, keepdims=True) / there
+        else:
+            whole = groups.deviations(values, together=True)
+        return np.hstack([whole, by_class])
+
     def _means_of(self, parts: Parts, values: Doubles) -> tuple[Counts, Doubles, Doubles]:
         objects, means, errors = parts.means(values)
         if self.is_median:
@@ -169,20 +184,24 @@ class ObjectFigure(Figure):
             change = value - self._means(now.groups, by, theirs)[1]
         if self.is_median:
             change_se = np.zeros(change.shape)
+        traffic_se = change_se
+        if by == "all" and not self.is_median:
+            of_runs = error_of_runs(self._runs(now.groups, mine - theirs))
+            traffic_se = np.maximum(change_se, of_runs[:, None])
         value, change = (np.where(objects > 0, one, math.nan) for one in (value, change))
         if calibration is not None:
             se = np.where(objects > 0, np.hypot(se, calibration.errors[:, None]), 0.0)
         parts = {kind: one.cells(now, before, by) for kind, one in self.parts.items()}
-        return Cells(objects, value, se, change, change_se, parts)
+        return Cells(objects, value, se, change, change_se, traffic_se, parts)
 
 
 @dataclass(frozen=True)
 class Cells:
     """Numbers of groups of objects, (len(CLASSES_AND_ALL), parts): the count of objects, the figure itself (NaN where
-    there are none), its standard error, the change against a baseline and its error; parts: with one kind of sensor
-    alone, by kind.
+    there are none), its standard error, the change against a baseline and its error as that of a sample; traffic_se:
+    of the change in other traffic of its kind, at least as large; parts: with one kind of sensor alone, by kind.
 
-    Both rigs meet the same objects, so the error of the change is that of the differences, object by object.
+    Both rigs meet the same objects, so errors of changes are those of the differences, object by object.
     """
 
     objects: Counts
@@ -190,6 +209,7 @@ class Cells:
     se: Doubles
     change: Doubles
     change_se: Doubles
+    traffic_se: Doubles
     parts: Mapping[str, Cells] = field(default_factory=dict)
 
     def anchored(self, exact: Cells) -> Cells:

@@ -59,8 +59,9 @@ def estimate_text(figure: Figure, found: Estimate) -> str:
     """Format an estimate with two standard errors if it has any; a dash where there is none."""
     if not found.exists or not found.se:
         return value_text(figure, found.value) if found.exists else NONE
-    shown = in_unit(figure, found.value)
-    return _with_unit(f"{abs(shown):.1f}", shown, "", f"{error_text(figure, found.se)} {_SHORT[figure.unit]}")
+    shown, places = in_unit(figure, found.value), decimals_of(figure, found.se)
+    digits = f"{abs(shown):.{places}f}"
+    return _with_unit(digits, shown, "", f"{error_text(figure, found.se)} {_SHORT[figure.unit]}")
 
 
 def parts_text(figure: Figure, found: Estimate) -> str:
@@ -77,8 +78,14 @@ def parts_text(figure: Figure, found: Estimate) -> str:
 
 
 def error_text(figure: Figure, se: float) -> str:
-    """Return two standard errors as "±0.3", never as zero unless there is no error: that is empty."""
-    return f"±{max(in_unit(figure, SE_FACTOR * se), 0.05):.1f}" if se else ""
+    """Return two standard errors as "±0.3", or "±0.03" below 0.1; never as zero unless there is no error: that is
+    empty."""
+    return f"±{max(in_unit(figure, SE_FACTOR * se), 0.01):.{decimals_of(figure, se)}f}" if se else ""
+
+
+def decimals_of(figure: Figure, se: float) -> int:
+    """Return the decimals of a value, or a change, with a standard error; of one without, for 0."""
+    return 2 if in_unit(figure, SE_FACTOR * se) < 0.095 else 1
 
 
 def change_text(figure: Figure, change: float, decimals: int = 2) -> str:
@@ -86,21 +93,24 @@ def change_text(figure: Figure, change: float, decimals: int = 2) -> str:
 
     An arrow says where it goes if the sign does not say whether more is seen.
     """
+    return _change(figure, change, decimals, "")
+
+
+def change_estimate_text(figure: Figure, change: Estimate) -> str:
+    """Format a change with two standard errors if it has any."""
+    if not change.exists:
+        return NONE
+    return _change(figure, change.value, decimals_of(figure, change.se), error_text(figure, change.se))
+
+
+def _change(figure: Figure, change: float, decimals: int, error: str) -> str:
     if change == 0.0:
         return NONE
     places = decimals if figure.unit in ("share", "nat") else 1
     size, least = abs(in_unit(figure, change)), 10.0**-places
     digits = f"{size:.{places}f}" if size >= least / 2.0 else f"<{least:.{places}f}"
-    return _with_unit(digits, change, "+", _unit_of_change(figure)) + _arrow(figure, change)
-
-
-def change_estimate_text(figure: Figure, change: Estimate) -> str:
-    """Format a change with two standard errors if it has any."""
-    if not change.exists or not change.se:
-        return change_text(figure, change.value) if change.exists else NONE
-    digits = f"{abs(in_unit(figure, change.value)):.1f}"
-    unit = f"{error_text(figure, change.se)} {_unit_of_change(figure)}"
-    return _with_unit(digits, change.value, "+", unit) + _arrow(figure, change.value)
+    unit = f"{error} {_unit_of_change(figure)}".lstrip()
+    return _with_unit(digits, change, "+", unit) + _arrow(figure, change)
 
 
 def exact_text(figure: Figure, value: float) -> str:

@@ -24,14 +24,15 @@ from riglens.core.study.anchors import WITHIN_M, Anchor, Mix, Recording, anchors
 from riglens.core.study.perception_entropy import fused_precision
 from riglens.core.targets.counts import Counted
 from riglens.core.targets.engine import TargetEngine
+from riglens.core.targets.groups import RUNS
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import Traffic
 
 Doubles = NDArray[np.float64]
 
 TOLERANCE = 0.05
-RUNS, REPLICAS = 8, 400
-"""Runs of frames, in the order of the data, that are drawn with replacement for the ± of the traffic."""
+REPLICAS = 400
+"""Draws of runs of frames, with replacement, for the ± of the traffic."""
 _OF_OBJECTS: tuple[ObjectFigure, ...] = (PREDICTED, ON_TARGET, SHARE_5, SEEN_BY_CAMERAS)
 FIGURES = {
     "predicted": "predicted AP",
@@ -143,10 +144,7 @@ def _mean_known(values: Doubles) -> Doubles:
 
 def _sums(counted: Counted, values: Doubles) -> _Sums:
     """Add up values (figures, k) of objects by class and run of frames; objects without a value do not count."""
-    traffic, box = counted.traffic, counted.objects.box
-    number = traffic.frame[traffic.frame_of_box[box]]
-    run = np.minimum(number * RUNS // (int(traffic.frame.max()) + 1), RUNS - 1)
-    group = counted.groups.cls.astype(np.int64) * RUNS + run
+    group = counted.groups.cls.astype(np.int64) * RUNS + counted.groups.run
     size = len(CLASSES) * RUNS
     sums = [np.bincount(group, np.nan_to_num(one), size) for one in values]
     objects = np.bincount(group, ~np.isnan(values).any(axis=0), size).astype(np.float64)

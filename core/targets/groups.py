@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from functools import cached_property
 from itertools import pairwise
 from typing import Any, Literal, NamedTuple
 
@@ -18,6 +19,8 @@ from riglens.core.targets.traffic import Traffic
 Doubles = NDArray[np.float64]
 Counts = NDArray[np.int64]
 By = Literal["all", "ring", "sector", "ring and sector"]
+RUNS = 8
+"""Runs of frames, in the order of the data: what differs between them would differ in other traffic of its kind."""
 
 
 class Means(NamedTuple):
@@ -109,6 +112,26 @@ class Groups:
         if by == "ring":
             return ring, rings
         return ring * sectors + sector_of(*self.centre_m.T), rings * sectors
+
+    @cached_property
+    def run(self) -> Counts:
+        """Return the run of frames that each object (k,) belongs to."""
+        number = self.traffic.frame[self.span.start + self.frame]
+        return np.minimum(number * RUNS // (int(self.traffic.frame.max()) + 1), RUNS - 1)
+
+    def deviations(self, values: Doubles, together: bool = False) -> Doubles:
+        """Return how far each run of frames that occurs moves the mean of values of objects (k,) of each class, or of
+        all classes `together`, (runs, rows); objects without a value, NaN, do not count."""
+        known = ~np.isnan(values)
+        rows = 1 if together else len(CLASSES)
+        row = np.zeros(len(self.box), np.int64) if together else self.cls.astype(np.int64)
+        cell, shape = (self.run * rows + row)[known], (RUNS, rows)
+        objects, sums = (
+            np.bincount(cell, weights, RUNS * rows).reshape(shape) for weights in (None, values[known])
+        )
+        whole = np.maximum(objects.sum(axis=0), 1)
+        moved = (sums - objects * (sums.sum(axis=0) / whole)) / whole
+        return np.asarray(moved[np.unique(self.run)])
 
     def inside(self, domain: Domain) -> NDArray[np.bool_]:
         """Return which objects (k,) lie in the region of a calibration; kept."""

@@ -17,12 +17,12 @@ from riglens.core.study.anchors import FAILS, GROUPS, WITHIN_M, Recording
 from riglens.core.study.external import (
     FIGURES,
     PERCEPTION,
-    RUNS,
     TOLERANCE,
     AnchorRatios,
     mean_error,
     outcomes,
 )
+from riglens.core.targets.groups import RUNS
 from riglens.evaluation.loading import load_scene, load_traffic
 from riglens.evaluation.options import SceneOptions, Triple
 from riglens.studies.files import csv_text, require_folder

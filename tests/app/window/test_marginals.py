@@ -55,7 +55,7 @@ def test_the_list_shows_the_loss_in_the_measure_that_is_chosen(desk: FullDesk) -
     assert row.text(LOSS) == ""  # S-MS is not known yet
     marginals(desk).choose("share_5")
     lost = changed(SHARE_5, ALL, desk.features.targets.answer.figures, counted(roof))
-    assert lost is not None and lost.value < 0 and row.text(LOSS) == f"{-100 * lost.value:.2f}"
+    assert lost is not None and lost.value < 0 and row.text(LOSS) == f"{-100 * lost.value:.1f}"
     assert "At least 5 points" in desk.panels.tree.headerItem().toolTip(
         LOSS
     ) and "car: Predicted AP" in row.toolTip(LOSS)

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from riglens.core.figures.figure import ALL, CLASSES_AND_ALL
-from riglens.core.figures.hits import ENOUGH_POINTS, MISSED, ON_TARGET, POINTS
+from riglens.core.figures.figure import ALL, CLASSES_AND_ALL, Estimate, error_of_runs
+from riglens.core.figures.hits import ENOUGH_POINTS, MISSED, ON_TARGET, POINTS, SHARE_5
 from riglens.core.figures.objects import ObjectFigure
 from riglens.core.figures.registry import object_figures
 from riglens.core.rig.model import Rig
@@ -16,7 +16,7 @@ from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.sectors import SECTORS, sector_of
 from riglens.core.targets.counts import Counted, ObjectCounts
 from riglens.core.targets.engine import TargetEngine
-from riglens.core.targets.groups import Groups
+from riglens.core.targets.groups import RUNS, Groups
 from riglens.core.targets.settings import EXACT, HALF, HEIGHT_PX, USUAL
 from riglens.core.targets.traffic import Traffic
 from tests.core.builders import lidar, rig_of, spinning
@@ -106,6 +106,29 @@ def test_changes_are_counted_road_user_by_road_user() -> None:
     same = ON_TARGET.cells(now, now)
     assert not np.nan_to_num(same.change).any() and not same.change_se.any()
     assert same.se[0, 0] > 0.0, "a sample still has an error of its own"
+
+
+@pytest.mark.parametrize("frames", [None, 11])
+def test_the_error_of_a_change_is_that_of_means_over_runs_of_frames(frames: int | None) -> None:
+    now, before = scores(NOW, frames), scores(BEFORE, frames)
+    more = now.objects.on_target - before.objects.on_target
+    box = now.objects.box
+    run = TRAFFIC.frame[TRAFFIC.frame_of_box[box]] * RUNS // TRAFFIC.frames
+    cells = ON_TARGET.cells(now, before)
+    for row, who in enumerate(CLASSES_AND_ALL):
+        mine = (TRAFFIC.cls[box] == row - 1) | (who == ALL)
+        left = more[mine] - more[mine].mean()
+        moved = [left[run[mine] == one].sum() / mine.sum() for one in np.unique(run)]
+        expected = math.sqrt(sum(one**2 for one in moved) * len(moved) / (len(moved) - 1))
+        assert cells.traffic_se[row, 0] == pytest.approx(max(expected, cells.change_se[row, 0]))
+        (mine_, theirs) = (ON_TARGET.estimates(one, "all")[who][0] for one in (now, before))
+        assert mine_.minus(theirs).se == pytest.approx(expected)
+
+
+def test_a_change_to_nothing_has_the_error_of_all_that_is_lost() -> None:
+    (value,) = SHARE_5.estimates(scores(NOW), "all")[ALL]
+    lost = Estimate().minus(value)
+    assert lost.value == -value.value and lost.se == float(error_of_runs(np.array(value.runs))) > 0.0
 
 
 def test_a_median_of_an_even_number_lies_between_the_middle_two() -> None:

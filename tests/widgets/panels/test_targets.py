@@ -37,7 +37,7 @@ from riglens.widgets.panels.figures.table import Cell
 from riglens.widgets.panels.scores.panel import ScoresPanel
 from riglens.widgets.panels.scores.text import SCORE_FIGURES
 from riglens.widgets.panels.targets.panel import TargetsPanel
-from tests.core.builders import camera, rig_of, spinning
+from tests.core.builders import camera, lidar, rig_of, spinning
 from tests.core.targets.cases import random_traffic
 
 TRAFFIC = random_traffic(np.random.default_rng(3), 30)
@@ -137,10 +137,16 @@ def test_fewer_missed_is_better(panel: TargetsPanel) -> None:
     show(panel)
     for who in CLASSES_AND_ALL:
         shown = item(panel, who, 0)
-        if shown.change.startswith("−"):
-            assert shown.change_tone == "more"
-        elif shown.change.startswith("+"):
-            assert shown.change_tone == "less"
+        wrong = {"−": "less", "+": "more"}
+        assert shown.change_tone != wrong.get(shown.change[:1])
+    blind, seeing = (
+        counts(rig_of(lidar((0.0, 0.0, 1.9)))),
+        counts(rig_of(spinning((0.0, 0.0, 1.9), beams=64, count=720))),
+    )
+    panel.show_counts(seeing, blind, "blind")
+    assert item(panel, CLASSES_AND_ALL[0], 0).change_tone == "more"
+    panel.show_counts(blind, seeing, "seeing")
+    assert item(panel, CLASSES_AND_ALL[0], 0).change_tone == "less"
 
 
 def test_a_change_too_small_to_tell_rigs_apart_is_neither_better_nor_worse(panel: TargetsPanel) -> None:
@@ -151,8 +157,8 @@ def test_a_change_too_small_to_tell_rigs_apart_is_neither_better_nor_worse(panel
     change = float(figure.cells(counts(NOW), counts(nearly)).change[0, 0])
     assert 0.0 < abs(change) < RESOLVED
     assert item(panel, CLASSES_AND_ALL[0], 0).change_tone == "text"
-    show(panel)
-    assert item(panel, CLASSES_AND_ALL[0], 0).change_tone in ("more", "less")
+    panel.show_counts(counts(NOW), counts(rig_of()), "blind")
+    assert item(panel, CLASSES_AND_ALL[0], 0).change_tone == "more"
 
 
 def test_numbers_out_of_date_are_grey(panel: TargetsPanel) -> None:
@@ -263,8 +269,8 @@ def test_the_score_table_shows_predicted_detection_with_the_error_of_its_calibra
     (found,) = PREDICTED.estimates(now, "all")["car"]
     assert found.se == now.calibration.classes.car.error  # type: ignore[union-attr]
     assert scores.table.cell("car", "predicted").text == estimate_text(PREDICTED, found)
-    change = float(PREDICTED.cells(now, before).change[CLASSES_AND_ALL.index("car"), 0])
-    assert scores.table.cell("car", "predicted change").text == change_text(PREDICTED, change)
+    change = FigureCells.of(PREDICTED, now, before).at("car")[1]
+    assert scores.table.cell("car", "predicted change").text == change_estimate_text(PREDICTED, change)
     assert now.calibration.detector in scores.table.cell("car", "predicted").tip
     assert f"within {now.within_m:g} m" in scores.table.cell("car", "predicted").tip
 
@@ -322,7 +328,7 @@ def test_a_difference_that_is_not_resolved_is_neither_better_nor_worse(
 ) -> None:
     found = FigureCells.of(figure, counts(NOW), counts(NOW))
     shape = found.cells.change.shape
-    cells = replace(found.cells, change=np.full(shape, change), change_se=np.full(shape, se))
+    cells = replace(found.cells, change=np.full(shape, change), traffic_se=np.full(shape, se))
     moved = replace(found, outside="", cells=cells)
     scores.show_figures("objects", {figure.key: moved.compared()})
     assert scores.table.cell("car", f"{figure.key} change").tone == tone
@@ -330,14 +336,16 @@ def test_a_difference_that_is_not_resolved_is_neither_better_nor_worse(
 
 
 def test_the_score_table_shows_a_figure_with_error_and_change(scores: ScoresPanel) -> None:
-    cells = cells_of(counts(NOW, 12), counts(BEFORE, 12))
+    dense = rig_of(spinning((0.0, 0.0, 1.9), beams=64, count=720))
+    cells = cells_of(counts(dense, 12), counts(BEFORE, 12))
     show_counted(scores, cells)
-    value, change = cells[PREDICTED.key].at("car")
-    shown, changed = scores.table.cell("car", "predicted"), scores.table.cell("car", "predicted change")
-    assert shown.text == estimate_text(PREDICTED, value) and "±" in shown.text
-    assert changed.text == change_estimate_text(PREDICTED, change) and "±" in changed.text
+    key = SHARE_5.key
+    value, change = cells[key].at("car")
+    shown, changed = scores.table.cell("car", key), scores.table.cell("car", f"{key} change")
+    assert shown.text == estimate_text(SHARE_5, value) and "±" in shown.text
+    assert changed.text == change_estimate_text(SHARE_5, change) and "±" in changed.text
     show_counted(scores, cells_of(counts(NOW), counts(NOW)))
-    assert scores.table.cell("car", "predicted change").text == "—"
+    assert scores.table.cell("car", f"{key} change").text == "—"
 
 
 def test_an_exact_value_moved_by_a_sample_has_the_errors_of_calibration_and_change() -> None:
@@ -346,7 +354,8 @@ def test_an_exact_value_moved_by_a_sample_has_the_errors_of_calibration_and_chan
     value, change = sample.anchored(exact).at("car")
     known, _ = exact.at("car")
     assert value.value == known.value + change.value and change == sample.at("car")[1]
-    assert value.se == float(np.hypot(known.se, change.se)) > known.se > 0.0
+    of_sample = float(sample.cells.change_se[CLASSES_AND_ALL.index("car"), 0])
+    assert value.se == float(np.hypot(known.se, of_sample)) > known.se > 0.0
 
 
 def test_the_leading_figures_are_always_shown_and_details_of_the_paper_on_request(

@@ -51,8 +51,8 @@ class MarginalView(QWidget):
         """Show the known figures of the rig with and without the sensor."""
         for (name, key), cell in self._cells.items():
             text, exact = class_change(self._measures[key], name, now, without)
-            cell.setText(text.removesuffix(" pp"))
-            cell.setToolTip(exact)
+            cell.setText(text.partition(" ±")[0].removesuffix(" pp"))
+            cell.setToolTip(f"{text}\n{exact}")
         self._note.setText(UNITS)
         self.set_stale(False)
 

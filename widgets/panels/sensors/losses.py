@@ -7,7 +7,15 @@ from dataclasses import dataclass
 
 from riglens.core.figures.figure import ALL, Estimate, Figure
 from riglens.core.figures.objects import ObjectFigure
-from riglens.core.figures.text import UNITS, change_text, change_unit, exact_text, in_unit, value_text
+from riglens.core.figures.text import (
+    UNITS,
+    change_estimate_text,
+    change_unit,
+    decimals_of,
+    exact_text,
+    in_unit,
+    value_text,
+)
 from riglens.core.figures.values import Values, class_figures
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.shown_values import NONE
@@ -82,7 +90,8 @@ def _loss(measure: Figure, change: Estimate, tip: str) -> Loss:
         arrow = "↑" if size > 0.0 else "↓" if size else ""
         return Loss(abs(size), f"{abs(size):.2f}{arrow}", tip)
     lost = -size if measure.better == "more" else size
-    return Loss(max(lost, 0.0), f"{lost:.2f}".replace("-0.00", "0.00"), tip)
+    digits = f"{abs(lost):.{decimals_of(measure, change.se)}f}"
+    return Loss(max(lost, 0.0), f"{'-' if lost < 0.0 and float(digits) else ''}{digits}", tip)
 
 
 def changed(measure: Figure, who: str, now: Values, without: Values) -> Estimate | None:
@@ -105,4 +114,6 @@ def class_change(measure: Figure, class_name: str, now: Values, without: Values)
         return NONE, change.reason
     objects = f" of {change.objects:,} objects" if change.objects else ""
     before = value_text(measure, now[measure.key][class_name].value)
-    return change_text(measure, change.value), f"{exact_text(measure, change.value)}{objects}, now {before}"
+    return change_estimate_text(
+        measure, change
+    ), f"{exact_text(measure, change.value)}{objects}, now {before}"
