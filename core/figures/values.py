@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Self
 
 from riglens.core.figures.coverage import VoxelFigure
 from riglens.core.figures.figure import CLASSES_AND_ALL, Estimate, Figure, State, absence
 from riglens.core.figures.objects import Cells, ObjectFigure
 from riglens.core.figures.registry import figures, object_figures
+from riglens.core.figures.weakest import Weakest, weakest_by_class
 from riglens.core.metric.scores import Scores
 
 if TYPE_CHECKING:  # loads the compiler
@@ -23,11 +24,13 @@ Values = Mapping[str, Mapping[str, Estimate]]
 
 @dataclass(frozen=True)
 class Compared:
-    """A figure of a rig and its change from a baseline, each by class or `ALL`; about: what it is of, in words."""
+    """A figure of a rig and its change from a baseline, each by class or `ALL`; about: what it is of, in words;
+    weakest: where it is worst, if that is known."""
 
     value: Mapping[str, Estimate]
     change: Mapping[str, Estimate]
     about: str = ""
+    weakest: Mapping[str, Weakest] = field(default_factory=dict, hash=False)
 
 
 def class_figures(present: Iterable[str] | None = None) -> tuple[VoxelFigure | ObjectFigure, ...]:
@@ -67,7 +70,8 @@ class FigureCells:
     """Cells of a figure of a rig, row by row of CLASSES_AND_ALL.
 
     lack: why the rig has no such figure, outside: why it is outside the figure's domain; empty otherwise. region: of
-    the objects that count, in words; detector: of the calibration that it rests on.
+    the objects that count, in words; detector: of the calibration that it rests on. weakest: where the figure is worst,
+    if all frames were used and the cells are those of whole classes.
     """
 
     figure: ObjectFigure
@@ -76,6 +80,7 @@ class FigureCells:
     outside: str
     region: str
     detector: str = ""
+    weakest: Mapping[str, Weakest] = field(default_factory=dict, hash=False)
 
     @classmethod
     def of(
@@ -89,11 +94,12 @@ class FigureCells:
         lack, calibration = figure.lacks(now), figure.calibrated(now)
         cells = figure.cells(now, before, by)
         where = f"within {now.within_m:g} m"
+        weakest = weakest_by_class(figure, now) if by == "all" and now.is_whole else {}
         if calibration is None:
-            return cls(figure, cells, lack, "", where)
+            return cls(figure, cells, lack, "", where, weakest=weakest)
         about = f"{calibration.predicts} of this detector: {calibration.detector}"
         where = calibration.domain.region if figure.in_domain else where
-        return cls(figure, cells, lack, now.outside(calibration), where, about)
+        return cls(figure, cells, lack, now.outside(calibration), where, about, weakest)
 
     def anchored(self, exact: FigureCells) -> FigureCells:
         """Return exact values of the same baseline plus the changes of this sample."""
@@ -109,7 +115,7 @@ class FigureCells:
         if self.lack or math.isnan(value):
             none = Estimate.none(self.lack or absence(who))
             return none, none
-        se, change_se = float(cells.se[row, part]), float(cells.change_se[row, part])
+        se, change_se = float(cells.se[row, part]), float(cells.traffic_se[row, part])
         state: State = "outside" if self.outside else "sampled" if se else "exact"
         parts = {kind: float(one.value[row, part]) for kind, one in cells.parts.items()}
         found = Estimate(value, se, state, self.outside, objects=objects, parts=parts)
@@ -119,7 +125,7 @@ class FigureCells:
         """Return the figure of each row in the first part."""
         pairs = {who: self.at(who) for who in CLASSES_AND_ALL}
         value, change = ({who: pair[place] for who, pair in pairs.items()} for place in (0, 1))
-        return Compared(value, change, self.about)
+        return Compared(value, change, self.about, self.weakest)
 
     @property
     def about(self) -> str:

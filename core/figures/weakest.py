@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.figures.figure import ALL, CLASSES_AND_ALL
+from riglens.core.figures.figure import ALL, CLASSES_AND_ALL, Figure
 from riglens.core.figures.objects import ObjectFigure
 from riglens.core.figures.text import value_text
 from riglens.core.scene.boxes import CLASSES
@@ -78,7 +78,7 @@ def weakest_by_class(figure: ObjectFigure, counted: Counted) -> dict[str, Weakes
     return {who: found(who) for who in CLASSES_AND_ALL}
 
 
-def weakest_text(figure: ObjectFigure, found: Weakest) -> str:
+def weakest_text(figure: Figure, found: Weakest) -> str:
     """Say where a figure is worst: "worst: bicycle 28.6 %, rear-left 12.1 %; below half from 20 m"; empty where nothing
     is known."""
     worst = [
@@ -88,7 +88,12 @@ def weakest_text(figure: ObjectFigure, found: Weakest) -> str:
     return "; ".join([*said, *filter(None, (half_text(figure, found),))])
 
 
-def half_text(figure: ObjectFigure, found: Weakest) -> str:
+def worst_names(found: Weakest) -> str:
+    """Return the names of the worst parts, for where space is short: "bicycle, rear-left"."""
+    return ", ".join(one[0] for one in (found.cls, found.sector) if one is not None)
+
+
+def half_text(figure: Figure, found: Weakest) -> str:
     """Say from which distance on a share is worse than one half; empty where it is not."""
     if found.half_from_m is None:
         return ""

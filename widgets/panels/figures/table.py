@@ -335,7 +335,10 @@ class TwoLines(QStyledItemDelegate):
         self._least, self._high_px = least, high_px
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
-        """Draw the cell's background, then both lines, right-aligned."""
+        """Draw the cell's background, then both lines, right-aligned; in a row too low for two the first alone."""
+        if option.rect.height() < self._least.height():
+            super().paint(painter, option, index)
+            return
         told = QStyleOptionViewItem(option)
         self.initStyleOption(told, index)
         text, told.text = told.text, ""
@@ -370,7 +373,10 @@ class TwoLines(QStyledItemDelegate):
             painter.drawText(room, bottom, figure.change)
             room = room.adjusted(0, 0, -painter.fontMetrics().horizontalAdvance(figure.change + "  "), 0)
         painter.setPen(QColor(tones().muted))
-        painter.drawText(room, bottom, figure.error)
+        error = painter.fontMetrics().elidedText(
+            figure.error, Qt.TextElideMode.ElideRight, int(room.width()) + 1
+        )
+        painter.drawText(room, bottom, error)
 
     def sizeHint(self, option: QStyleOptionViewItem, index: Index) -> QSize:
         """Return room for two lines."""

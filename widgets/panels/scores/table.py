@@ -5,43 +5,50 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QFontMetrics, QFontMetricsF, QResizeEvent
 from PySide6.QtWidgets import QHeaderView
 
-from riglens.core.figures.figure import Estimate, Figure
+from riglens.core.figures.figure import ALL, CLASSES_AND_ALL, Estimate, Figure
 from riglens.core.figures.text import (
     EXACT_UNITS,
     UNITS,
     change_estimate_text,
     estimate_text,
+    parts_text,
     tip_text,
     value_text,
     verdict,
 )
 from riglens.core.figures.values import Compared, Values, class_figures, in_reading
+from riglens.core.figures.weakest import NOWHERE, half_text, weakest_text, worst_names
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.shown_values import NONE
 from riglens.widgets.panels.controls.item_views import OwnKeys, StandardKey
-from riglens.widgets.panels.figures.table import NOTHING, Cell, FigureTable, Heading, Tone
+from riglens.widgets.panels.figures.table import NOTHING, Cell, FigureTable, Heading, Tone, TwoLines
 from riglens.widgets.theme import CLASS_COLOURS
 
 ABOUT, FOLLOWS = "≈ ", "…"
 LAST_SAVED = "the last saved rig"
 CLASS_PX, CHANGE_PX = 108, 88
 NARROW_PX = 1400
-ROW_PX = 26
+ROW_PX, TWO_LINES_PX = 26, 38
+MEAN = "class mean"
 ESTIMATE_NOTE = "Estimated on larger voxels; the exact number follows when the mouse rests."
 LONGEST_VALUE = "100.0 ±10.0 %"
 LONGEST_CHANGES, _CELL_MARGIN_PX = ("−100.00 pp", "−10.0 ±10.0 pp", "−1000.00 ↓"), 6
 _TIGHT = {"share": ("100.0 ±10.0", "−10.0 ±10.0"), "nat": ("−100.00", "−100.00 ↓")}
 """Value and change for which a column has room, by unit, where space is so short that titles name the units."""
 CHANGE_TIP = "Change from the baseline: the snapshot or chosen rig, or else the rig last saved or opened."
+_NOT_MEANT = Cell("", (None,), "Entropies are not averaged over classes.", tone="muted")
 _FOLLOWS = Cell(FOLLOWS, (None,), ESTIMATE_NOTE, tone="muted", is_italic=True)
 
 
 class ScoreTable(FigureTable):
-    """Value and change of every figure by class, each figure in two columns."""
+    """Value and change of every figure by class and of their mean, each figure in two columns.
+
+    Where there is room a second line says what single kinds of sensors give, or where the figure is worst.
+    """
 
     def __init__(self) -> None:
         super().__init__("Scores by class")
@@ -53,7 +60,8 @@ class ScoreTable(FigureTable):
         self.setSelectionMode(self.SelectionMode.ContiguousSelection)
         OwnKeys(self, {StandardKey.Copy: self.copy})
         titles = [heading for figure in self._shown for heading in _headings(figure)]
-        self.figures.show(_classes({}), titles, [[NOTHING] * len(titles)] * len(CLASSES))
+        self.figures.show(_classes({}), titles, [[NOTHING] * len(titles)] * len(CLASSES_AND_ALL))
+        self.setItemDelegate(TwoLines(QSize(0, TWO_LINES_PX), TWO_LINES_PX, self))
         rows, header = self.verticalHeader(), self.horizontalHeader()
         rows.setDefaultSectionSize(ROW_PX)
         rows.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
@@ -62,7 +70,7 @@ class ScoreTable(FigureTable):
         self._is_tight = False
         self._share_width()
         self.set_details(False)
-        self.setMinimumHeight(header.sizeHint().height() + len(CLASSES) * ROW_PX)
+        self.setMinimumHeight(header.sizeHint().height() + len(CLASSES_AND_ALL) * ROW_PX)
 
     def _least_px(self) -> tuple[int, int]:
         """Return the widths of a column of values and of changes with room for the longest that there can be."""
@@ -115,8 +123,8 @@ class ScoreTable(FigureTable):
         return 2 * [shown.key for shown in self._shown].index(key) + bool(is_change)
 
     def cell(self, class_name: str, column: str) -> Cell:
-        """Return the cell of a class and a column key, followed by " change" for its change."""
-        return self.figures.cell(CLASSES.index(class_name), self.place_of(column))
+        """Return the cell of a class, or of `ALL`, and a column key, followed by " change" for its change."""
+        return self.figures.cell(CLASSES_AND_ALL.index(class_name), self.place_of(column))
 
     def set_baseline(self, name: str) -> None:
         """Set the baseline of changes, for tooltips."""
@@ -133,16 +141,26 @@ class ScoreTable(FigureTable):
             self._show_classes(found.values())
         self._show(
             {
-                key: [self._pair(in_reading(figure, self._reading), name, found[key]) for name in CLASSES]
+                key: [
+                    self._pair(in_reading(figure, self._reading), who, found[key]) for who in CLASSES_AND_ALL
+                ]
                 for key, figure in self._of(need).items()
                 if key in found
             },
         )
 
-    def _pair(self, figure: Figure, name: str, found: Compared) -> tuple[Cell, Cell]:
-        """Return value and change of a figure of a class; neither better nor worse where the change is too small."""
-        value, change = found.value[name], found.change[name]
-        tip = tip_text(figure, name, value, change, self._baseline, found.about)
+    def _pair(self, figure: Figure, who: str, found: Compared) -> tuple[Cell, Cell]:
+        """Return value and change of a figure of a class, or of the mean of the classes, which figures of voxels do not
+        have; neither better nor worse where the change is too small."""
+        if who == ALL and figure.needs != "objects":
+            return _NOT_MEANT, _NOT_MEANT
+        value, change = found.value[who], found.change[who]
+        weakest = found.weakest.get(who, NOWHERE)
+        worst, half = weakest_text(figure, weakest), half_text(figure, weakest)
+        where = MEAN if who == ALL else who
+        tip = tip_text(
+            figure, where, value, change, self._baseline, "\n".join(filter(None, (worst, found.about)))
+        )
         is_muted = not value.exists or value.state == "outside"
         numbers = (value.value, value.se) if figure.needs == "objects" else (value.value,)
         return (
@@ -151,12 +169,14 @@ class ScoreTable(FigureTable):
                 numbers if value.exists else (None,) * len(numbers),
                 tip,
                 tone="muted" if is_muted else "text",
+                error=parts_text(figure, value) or worst_names(weakest),
             ),
             Cell(
                 change_estimate_text(figure, change),
                 (change.value if change.exists else None,),
                 tip,
                 tone="muted" if is_muted else _tone(figure, change),
+                error=half,
             ),
         )
 
@@ -169,19 +189,20 @@ class ScoreTable(FigureTable):
 
         self._show(
             {
-                key: [(rough(figure, found[key][name]), _FOLLOWS) for name in CLASSES]
+                key: [(_NOT_MEANT,) * 2, *((rough(figure, found[key][name]), _FOLLOWS) for name in CLASSES)]
                 for key, figure in self._of("voxels").items()
             },
         )
 
     def show_pending(self) -> None:
         """Show no figures of voxels: none is known of this rig."""
-        self._show(dict.fromkeys(self._of("voxels"), [(_FOLLOWS, _FOLLOWS)] * len(CLASSES)))
+        rows = [(_NOT_MEANT, _NOT_MEANT), *[(_FOLLOWS, _FOLLOWS)] * len(CLASSES)]
+        self._show(dict.fromkeys(self._of("voxels"), rows))
 
     def forget(self, need: str, reason: str) -> None:
         """Show no figure that needs an evaluation, and the reason."""
         none = Cell(tip=reason, tone="muted")
-        self._show(dict.fromkeys(self._of(need), [(none, none)] * len(CLASSES)))
+        self._show(dict.fromkeys(self._of(need), [(none, none)] * len(CLASSES_AND_ALL)))
 
     def grey(self, need: str) -> None:
         """Show the figures that need an evaluation in the muted colour."""
@@ -213,6 +234,7 @@ class ScoreTable(FigureTable):
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Shorten titles where space is short, and name units in them alone where the leading figures need it."""
         super().resizeEvent(event)
+        self._share_height(event.size().height())
         width_px = event.size().width()
         self.figures.set_narrow(width_px < NARROW_PX)
         is_tight = width_px < sum(one.leads for one in self._shown) * sum(self._least_px())
@@ -222,6 +244,14 @@ class ScoreTable(FigureTable):
         self._is_tight = is_tight
         if is_tight:
             self._share_tightly()
+
+    def _share_height(self, height_px: int) -> None:
+        """Give rows two lines where there is room, the first one before the others."""
+        rows, spare_px = self.verticalHeader(), height_px - len(CLASSES_AND_ALL) * ROW_PX
+        more_px = TWO_LINES_PX - ROW_PX
+        for row in range(len(CLASSES_AND_ALL)):
+            needed_px = more_px * (1 if row == 0 else len(CLASSES_AND_ALL))
+            rows.resizeSection(row, TWO_LINES_PX if spare_px >= needed_px else ROW_PX)
 
 
 def _tone(figure: Figure, change: Estimate) -> Tone:
@@ -234,8 +264,11 @@ def _tone(figure: Figure, change: Estimate) -> Tone:
 def _classes(empty: Mapping[str, str]) -> list[Heading]:
     """Return the titles of the rows; classes without anything to measure are muted, with the reason."""
     return [
-        Heading(name, empty.get(name, ""), colour=CLASS_COLOURS[name], is_muted=name in empty)
-        for name in CLASSES
+        Heading(MEAN, "Mean of the classes.", copied=(MEAN,)),
+        *(
+            Heading(name, empty.get(name, ""), colour=CLASS_COLOURS[name], is_muted=name in empty)
+            for name in CLASSES
+        ),
     ]
 
 
