@@ -40,7 +40,8 @@ FEWEST_FRAMES, FIRST_FRAMES, GROWTH = 16, 32, 4
 
 @dataclass(frozen=True)
 class CountRequest:
-    """Request to count; `baseline_rig` is the reference of changes. Equal requests have the same answer."""
+    """Request to count; `baseline_rig` is the reference of changes; with_losses: also what hides objects from cameras,
+    once all frames are counted. Equal requests have the same answer."""
 
     revision: int = field(compare=False)
     rig: Rig
@@ -48,6 +49,7 @@ class CountRequest:
     settings: TargetSettings
     scene: LoadedScene
     is_preview: bool = field(default=False, compare=False)
+    with_losses: bool = False
 
 
 def figures_beside_scores() -> tuple[ObjectFigure, ...]:
@@ -191,7 +193,8 @@ class Counting:
 def _counted(data: _Data, request: CountRequest, frames: int, cancel: Callable[[], bool]) -> CountAnswer:
     """Count the rig and the baseline in the same frames."""
     settings = with_known_body(request.settings, request.rig)
-    counted = data.engine.evaluate(request.rig, settings, frames, cancel=cancel)
+    with_losses = request.with_losses and frames == data.traffic.frames
+    counted = data.engine.evaluate(request.rig, settings, frames, cancel=cancel, with_losses=with_losses)
     baseline = counted
     if request.baseline_rig != request.rig:
         settings = with_known_body(request.settings, request.baseline_rig)

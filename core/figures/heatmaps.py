@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.figures.figure import Better
-from riglens.core.figures.hits import MISSED, ON_TARGET
+from riglens.core.figures.hits import CAMERAS, MISSED, ON_TARGET, Doubles
 from riglens.core.figures.objects import ObjectFigure
 from riglens.core.figures.text import UNITS, in_sentence, in_unit
 from riglens.core.figures.voxel_sets import ANY, THRICE, TWICE, TWO_KINDS, VoxelSet
@@ -23,6 +24,7 @@ if TYPE_CHECKING:  # loads the compiler
     from riglens.core.engine.engine import Engine, Evaluation
     from riglens.core.figures.evaluated import Need
     from riglens.core.scene.columns import Words
+    from riglens.core.targets.camera_losses import CameraLosses
     from riglens.core.targets.ground import GroundView
     from riglens.core.view.display import DisplayGrid
 
@@ -282,10 +284,11 @@ class OverGround:
 @dataclass(frozen=True, kw_only=True)
 class ObjectHeatMap(HeatMap):
     """A figure of objects over the ground, of all frames: the mean of those near each cell, or their sum where they
-    `are_counted`."""
+    `are_counted`; with_losses: whether it reads what hides objects from cameras."""
 
     figure: ObjectFigure
     are_counted: bool = False
+    with_losses: bool = False
 
     @classmethod
     def of(cls, figure: ObjectFigure, shortcut: str = "") -> ObjectHeatMap:
@@ -346,6 +349,21 @@ def _part(key: str, title: str, seen_by: str, voxels: VoxelSet) -> VoxelHeatMap:
     return VoxelHeatMap(key=key, title=title, question=question, better="more", voxels=voxels)
 
 
+def _lost(key: str, title: str, what: str, values: Callable[[CameraLosses], Doubles]) -> ObjectHeatMap:
+    """Return a share of silhouettes that the camera loses whose picture shows most of an object."""
+    figure = ObjectFigure(
+        key=f"lost_{key}",
+        title=title,
+        question=f"Share of an object's silhouette that {what} the picture that shows most of it.",
+        better="less",
+        kinds=CAMERAS,
+        values=lambda counted: (
+            np.full(len(counted.objects.box), np.nan) if counted.losses is None else values(counted.losses)
+        ),
+    )
+    return replace(ObjectHeatMap.of(figure), with_losses=True)
+
+
 PROBABILITY = Probability(
     key="probability",
     title="POG probability",
@@ -402,3 +420,6 @@ MISSED_OBJECTS = ObjectHeatMap(
     figure=MISSED,
     are_counted=True,
 )
+LOST_OUTSIDE = _lost("outside", "Outside the picture", "lies outside", lambda lost: lost.outside)
+LOST_BEHIND_TRAFFIC = _lost("traffic", "Behind traffic", "other objects hide in", lambda lost: lost.traffic)
+LOST_BEHIND_CAR = _lost("car", "Behind the car", "the car itself hides in", lambda lost: lost.car)

@@ -17,6 +17,9 @@ from riglens.core.figures.figure import Figure
 from riglens.core.figures.heatmaps import (
     CHANGE,
     ENTROPY,
+    LOST_BEHIND_CAR,
+    LOST_BEHIND_TRAFFIC,
+    LOST_OUTSIDE,
     MISSED_OBJECTS,
     OF_TARGETS,
     PROBABILITY,
@@ -61,7 +64,7 @@ HEAT_MAPS: dict[str, HeatMap] = {
     heat.key: heat
     for heat in (
         PROBABILITY, ENTROPY, SEEN_ENTROPY, UNSEEN_ENTROPY, SENSORS, CHANGE, SEEN_TWICE, SEEN_THRICE, SEEN_BY_TWO_KINDS,
-        OF_TARGETS, MISSED_OBJECTS,
+        OF_TARGETS, MISSED_OBJECTS, LOST_OUTSIDE, LOST_BEHIND_TRAFFIC, LOST_BEHIND_CAR,
     )
 }  # fmt: skip
 GROUP = "riglens.figures"

@@ -156,6 +156,17 @@ class TargetCaster:
         inside[met] = shares_in_picture(sensor, sweep.boxes, beams, self._objects[objects][met])
         return dataclasses.replace(found, inside=inside)
 
+    def inside_of(
+        self, camera: Camera, settings: TargetSettings, alone: NDArray[np.int32]
+    ) -> NDArray[np.float64]:
+        """Return the share of the silhouette inside the picture of each of the first objects (m,), 0 where no ray
+        meets one, by the rays that would meet each `alone` (m,)."""
+        (beams,) = beams_by_sector(camera, law_of(camera, settings), glass_of(camera, settings), NOT_STOPPED)
+        inside, met = np.zeros(len(alone)), np.flatnonzero(alone)
+        boxes = self._boxes_of(settings.shape)
+        inside[met] = shares_in_picture(camera, boxes, beams, self._objects[: len(alone)][met])
+        return inside
+
     def _cast_beams(
         self, beams: Beams, sweep: _Sweep, frames: tuple[int, int], is_stale: IsStale
     ) -> Contribution | None:

@@ -14,6 +14,7 @@ from riglens.core.sensors.camera import CAMERA
 from riglens.core.sensors.lidar import LIDAR
 from riglens.core.sensors.registry import kind_named
 from riglens.core.targets.calibration import Calibration, shipped
+from riglens.core.targets.camera_losses import CameraLosses
 from riglens.core.targets.groups import Groups
 from riglens.core.targets.settings import CELLS_SCALE, HALF, TargetSettings
 from riglens.core.targets.traffic import Traffic
@@ -128,13 +129,15 @@ def _enough(kind_name: str) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Counted:
-    """The objects of some frames of the sampling order with the hits of a rig's enabled sensors on them."""
+    """The objects of some frames of the sampling order with the hits of a rig's enabled sensors on them; losses: what
+    hides them from cameras, None where that was not requested."""
 
     rig: Rig
     settings: TargetSettings
     groups: Groups
     objects: ObjectCounts
     elapsed_ms: float = 0.0
+    losses: CameraLosses | None = None
 
     @property
     def traffic(self) -> Traffic:

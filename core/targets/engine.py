@@ -9,18 +9,23 @@ from __future__ import annotations
 
 import copy
 import time
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 from weakref import WeakValueDictionary
 
 import numpy as np
+from numpy.typing import NDArray
 
 from riglens.core.errors import Cancelled, InputError, IsStale, never_stale
 from riglens.core.geometry import Pose
+from riglens.core.kernels.objects.counts import ALONE, RAYS
 from riglens.core.kernels.runtime import jit
 from riglens.core.rig.model import Camera, Lidar, Rig, Sensor, rays_of
 from riglens.core.scene.boxes import CLASSES, DataReport
 from riglens.core.sensing.body_ends import Obstacle, obstacle_of
 from riglens.core.sensors.registry import kind_of
+from riglens.core.targets.camera_losses import CameraLosses
 from riglens.core.targets.contribution import Contribution, TargetCaster
 from riglens.core.targets.counts import Counted
 from riglens.core.targets.groups import Groups
@@ -68,8 +73,10 @@ class TargetEngine:
         frames: int | range | None = None,
         stance: Pose = Pose(),
         cancel: IsStale = never_stale,
+        with_losses: bool = False,
     ) -> Counted:
-        """Count for a rig in all frames, in the first N of the sampling order, or in a range of it.
+        """Count for a rig in all frames, in the first N of the sampling order, or in a range of it; `with_losses`: also
+        what hides each object from cameras.
 
         `stance`: how the car's body stands on the ground; the sensors are where the rig says. InputError where the body
         blocks and its mesh file has not been read.
@@ -83,12 +90,15 @@ class TargetEngine:
         span = self._span(frames)
         solid = car_of(rig, stance) if settings.body == "blocks" else None
         wanted = {sensor.name: _shape_of(sensor, settings, solid) for sensor in rig.sensors if sensor.enabled}
-        shown = self._shown | set(wanted.values())
+        cameras = rig.enabled_cameras() if with_losses else ()
+        unblocked = {one.name: _shape_of(one, settings, None) for one in cameras}
+        asked = dict.fromkeys([*wanted.values(), *unblocked.values()])
+        shown = self._shown | asked.keys()
         self._held = {shape: held for shape, held in self._held.items() if shape in shown}
-        for shape in wanted.values():
+        for shape in asked:
             if not self._extend(shape, span.stop, cancel):
                 raise Cancelled
-        self._shown = set(wanted.values())
+        self._shown = set(asked)
         self._held = {shape: self._held[shape] for shape in self._shown}
         by_sensor = {name: self._held[shape] for name, shape in wanted.items()}
         if self._groups is None or self._groups.span != span:
@@ -97,7 +107,36 @@ class TargetEngine:
         objects = self._gatherer.objects(groups.every, rig, by_sensor)
         if groups.before:
             objects = objects.without_first(groups.before)
-        return Counted(rig, settings, groups, objects, (time.perf_counter() - started) * 1e3)
+        losses = None
+        if with_losses:
+            pairs = [(by_sensor[name], self._held[shape]) for name, shape in unblocked.items()]
+            losses = self._losses(cameras, pairs, settings, groups)
+        return Counted(rig, settings, groups, objects, (time.perf_counter() - started) * 1e3, losses)
+
+    def _losses(
+        self,
+        cameras: Sequence[Camera],
+        pairs: Sequence[tuple[Contribution, Contribution]],
+        settings: TargetSettings,
+        groups: Groups,
+    ) -> CameraLosses:
+        """Return what hides objects from cameras, of each with the car's body and without."""
+        mine = slice(groups.before, len(groups.every))
+
+        def columns(values: Sequence[NDArray[Any]]) -> NDArray[Any]:
+            return np.array(values).reshape(len(cameras), -1)[:, mine].T
+
+        if not cameras:
+            none = np.zeros((mine.stop - mine.start, 0))
+            return CameraLosses.of(none, *[none.astype(np.int64)] * 3)
+        many = len(groups.every)
+        inside = [
+            self._caster.inside_of(camera, settings, free.found[ALONE, :many])
+            for camera, (_, free) in zip(cameras, pairs, strict=True)
+        ]
+        seen, unblocked = ([pair[place].found[RAYS, :many] for pair in pairs] for place in (0, 1))
+        alone = [free.found[ALONE, :many] for _, free in pairs]
+        return CameraLosses.of(columns(inside), columns(alone), columns(unblocked), columns(seen))
 
     def _span(self, frames: int | range | None) -> range:
         most = self._traffic.frames

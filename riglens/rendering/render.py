@@ -191,7 +191,8 @@ def scored_state(
         elif isinstance(heat, ObjectHeatMap):
             if traffic is None:
                 raise InputError(f"{heat.key} needs", "heatmap", "traffic")
-            counted = TargetEngine(traffic).evaluate(rig, TargetSettings(body=settings.body))
+            how = TargetSettings(body=settings.body)
+            counted = TargetEngine(traffic).evaluate(rig, how, with_losses=heat.with_losses)
             cells = heat.data(heat.over(ground_view(counted, picture.class_name)))
     return _state(field, evaluation, cells, picture)
 

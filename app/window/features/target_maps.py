@@ -24,12 +24,13 @@ class TargetMaps(Feature):
 
     def __init__(self, bench: Workbench, heat: Heat, targets: Targets, map_: Map) -> None:
         super().__init__(bench)
-        self._heat, self._targets, self._map = heat, targets, map_.panel
+        self._heat, self._targets, self._map, self._map_in_sight = heat, targets, map_.panel, map_.in_sight
         self._ground: tuple[GroundView, ...] = ()
         self._shown: tuple[object, ...] = ()
         targets.counted.connect(self._take)
         self.session.heat_changed.connect(self._show)
         self._map.shown_chosen.connect(self._show)
+        map_.in_sight.changed.connect(lambda _: self._show())
 
     def _take(self) -> None:
         """Take the counts of all frames; without any answer there is nothing to show."""
@@ -49,7 +50,12 @@ class TargetMaps(Feature):
         """Show heatmap and map if they are enabled, unless they are shown already."""
         heat, on_map = self.session.heat, self._map.of_objects
         of_objects = heat.map if isinstance(heat.map, ObjectHeatMap) else None
+        seen = (of_objects, on_map if self._map_in_sight else None)
+        with_losses = any(one is not None and one.with_losses for one in seen)
+        self._targets.want_losses(with_losses)
         ground = self._ground[CLASSES.index(heat.class_name)] if self._ground else None
+        if with_losses and ground is not None and ground.counted.losses is None:
+            ground = None
         now = (of_objects, on_map, ground, self._targets.is_current)
         if now == self._shown:
             return

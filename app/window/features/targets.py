@@ -37,6 +37,7 @@ class Targets(Feature):
         self._exact: tuple[CountRequest, Mapping[str, FigureCells]] | None = None
         """The last request answered from all frames, with its figures next to the scores."""
         self._asked: CountRequest | None = None
+        self._with_losses = False
         self.dock = bench.docks.add(
             "Targets", scrolled(self.panel), Qt.DockWidgetArea.BottomDockWidgetArea, beside="Scores"
         )
@@ -64,6 +65,13 @@ class Targets(Feature):
         answer = self.answer
         return answer is not None and answer.is_whole and answer.request is self._asked
 
+    def want_losses(self, wanted: bool) -> None:
+        """Also request what hides objects from cameras, or no longer."""
+        if wanted != self._with_losses:
+            self._with_losses = wanted
+            if wanted:
+                self._ask()
+
     def _take_min_points(self, number: str) -> None:
         if number.isdecimal() and len(number) <= 4 and 1 <= int(number) <= MOST_POINTS:
             self.session.set_targets(replace(self.session.targets, min_points=int(number)))
@@ -80,7 +88,7 @@ class Targets(Feature):
         settings = replace(session.targets, body=session.settings.body)
         request = CountRequest(
             document.revision, session.working_rig, session.with_mesh(session.baseline), settings, session.scene,
-            document.is_dragging,
+            document.is_dragging, self._with_losses,
         )  # fmt: skip
         asked = self._asked
         if asked is not None and (asked, asked.is_preview) == (request, request.is_preview):

@@ -15,7 +15,8 @@ ENGINE = TargetEngine(TRAFFIC, threads=1)
 
 def answer(request: CountRequest, frames: int | None = None) -> CountAnswer:
     """The answer to a request, from so many frames."""
-    counted = ENGINE.evaluate(request.rig, request.settings, frames)
+    with_losses = request.with_losses and frames is None
+    counted = ENGINE.evaluate(request.rig, request.settings, frames, with_losses=with_losses)
     baseline = ENGINE.evaluate(request.baseline_rig, request.settings, frames)
     return CountAnswer.of(request, counted, baseline)
 

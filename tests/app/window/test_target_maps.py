@@ -11,7 +11,7 @@ from PySide6.QtGui import QColor, QImage, QPainter
 from PySide6.QtWidgets import QComboBox
 
 from riglens.app.window.features.target_maps import COUNTING
-from riglens.core.figures.heatmaps import MISSED_OBJECTS, OF_TARGETS
+from riglens.core.figures.heatmaps import LOST_BEHIND_TRAFFIC, MISSED_OBJECTS, OF_TARGETS
 from riglens.core.figures.registry import object_heat_map
 from riglens.widgets.heatmap.scale import bar_ticks
 from riglens.widgets.maps.ground_items import draw_ground_legend, ground_text, summary_of
@@ -67,6 +67,22 @@ def test_while_an_edit_is_counted_the_legend_says_so(desk: FullDesk) -> None:
     assert "recounting" in desk.viewport.state.heatmap.note
     count(desk)
     assert "recounting" not in desk.viewport.state.heatmap.note
+
+
+def test_what_hides_objects_is_counted_while_a_heatmap_or_map_in_sight_shows_it(desk: FullDesk) -> None:
+    count(desk)
+    assert not desk.counter.requests[-1].with_losses
+    desk.features.heat.set_mode("lost_traffic")
+    assert desk.counter.requests[-1].with_losses and desk.viewport.state.heatmap is None
+    count(desk)
+    data = desk.viewport.state.heatmap
+    losses = desk.features.targets.answer.counted.losses
+    assert data.unit == "%" and data.note.startswith("less is better") and losses.traffic.any()
+    over = LOST_BEHIND_TRAFFIC.over(desk.features.targets.answer.ground[0])
+    assert np.array_equal(data.values, over.values[over.objects > 0].astype(np.float32))
+    desk.features.heat.set_mode("seen")
+    desk.drag("roof", (0.3, 0.0, 2.0))
+    assert not desk.counter.requests[-1].with_losses
 
 
 def test_other_traffic_takes_it_away(desk: FullDesk) -> None:
