@@ -93,12 +93,15 @@ def worst_names(found: Weakest) -> str:
     return ", ".join(one[0] for one in (found.cls, found.sector) if one is not None)
 
 
-def half_text(figure: Figure, found: Weakest) -> str:
-    """Say from which distance on a share is worse than one half; empty where it is not."""
+def half_text(figure: Figure, found: Weakest, is_short: bool = False) -> str:
+    """Say from which distance on a share is worse than one half, "below half from 30 m" or in short "< ½ from 30 m";
+    empty where it is not."""
     if found.half_from_m is None:
         return ""
     where = f"from {found.half_from_m:g} m" if found.half_from_m else "everywhere"
-    return f"{'above' if figure.better == 'less' else 'below'} half {where}"
+    is_less = figure.better == "less"
+    sides = ("> ½", "< ½") if is_short else ("above half", "below half")
+    return f"{sides[not is_less]} {where}"
 
 
 def _known(objects: NDArray[np.int64]) -> list[int]:

@@ -9,11 +9,11 @@ from PySide6.QtWidgets import QApplication, QLabel, QLineEdit, QToolButton, QToo
 from pytestqt.qtbot import QtBot
 
 from riglens.core.figures.coverage import S_MS
+from riglens.core.figures.figure import CLASSES_AND_ALL
 from riglens.core.figures.text import change_text
 from riglens.core.geometry import Pose
 from riglens.core.rig.edits import without
 from riglens.core.rig.yaml.file import new_rig_file
-from riglens.core.scene.boxes import CLASSES
 from riglens.core.shown_values import NONE
 from riglens.widgets.maps.map_items import NO_BOXES
 from riglens.widgets.panels.inspector.marginal_view import NOT_COUNTED, WAITING
@@ -199,7 +199,7 @@ def test_what_files_say_is_never_read_as_html(whole: Bench) -> None:
     whole.settle()
     assert "&lt;h1&gt;roof" in whole.panels.tree._items["<h1>roof</h1>"].toolTip(NAME)
     table = whole.panels.scores.table
-    place = table.figures.index(CLASSES.index("car"), table.place_of("s_ms change"))
+    place = table.figures.index(CLASSES_AND_ALL.index("car"), table.place_of("s_ms change"))
     assert "&lt;img" in place.data(Qt.ItemDataRole.ToolTipRole)
 
 

@@ -13,8 +13,8 @@ from pytestqt.qtbot import QtBot
 from riglens.app.window import main_window
 from riglens.app.window.features import appearance
 from riglens.app.window.features.appearance import COMPACT_PX, FRAME
+from riglens.core.figures.figure import CLASSES_AND_ALL
 from riglens.core.rig.presets import preset
-from riglens.core.scene.boxes import CLASSES
 from riglens.widgets.panels.controls.style import apply_style
 from riglens.widgets.panels.figures.table import Cell
 from riglens.widgets.panels.scores.table import LONGEST_CHANGES, LONGEST_VALUE
@@ -74,7 +74,7 @@ def test_no_word_of_the_start_rig_is_cut_in_a_small_window(
         counted = [table.place_of(one.key) for one in table.shown if one.needs == "objects"]
         longest = (Cell(LONGEST_VALUE), Cell(LONGEST_CHANGES[1]))
         table.figures.show_columns(
-            {place + part: [longest[part]] * len(CLASSES) for place in counted for part in (0, 1)}
+            {place + part: [longest[part]] * len(CLASSES_AND_ALL) for place in counted for part in (0, 1)}
         )
         for place in (first + part for first in counted for part in (0, 1)):
             assert table.sizeHintForColumn(place) <= table.columnWidth(place)

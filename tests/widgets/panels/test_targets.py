@@ -7,11 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPointF, Qt
+from PySide6.QtCore import QPointF, QSize, Qt
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from riglens.core.figures.figure import CLASSES_AND_ALL, Estimate
+from riglens.core.figures.figure import ALL, CLASSES_AND_ALL, Estimate
 from riglens.core.figures.hits import MISSED, ON_TARGET, POINTS, RESOLVED, SEEN_BY_CAMERAS, SHARE_5
 from riglens.core.figures.objects import ObjectFigure
 from riglens.core.figures.predicted import FOUND, PREDICTED
@@ -21,9 +22,11 @@ from riglens.core.figures.text import (
     change_text,
     error_text,
     estimate_text,
+    parts_text,
     value_text,
 )
 from riglens.core.figures.values import FigureCells
+from riglens.core.figures.weakest import Weakest, weakest_text
 from riglens.core.geometry import Pose
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.library import sensor_from_model
@@ -35,6 +38,7 @@ from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import USUAL
 from riglens.widgets.panels.figures.table import Cell
 from riglens.widgets.panels.scores.panel import ScoresPanel
+from riglens.widgets.panels.scores.table import ROW_PX, TWO_LINES_PX
 from riglens.widgets.panels.scores.text import SCORE_FIGURES
 from riglens.widgets.panels.targets.panel import TargetsPanel
 from tests.core.builders import camera, lidar, rig_of, spinning
@@ -346,6 +350,43 @@ def test_the_score_table_shows_a_figure_with_error_and_change(scores: ScoresPane
     assert changed.text == change_estimate_text(SHARE_5, change) and "±" in changed.text
     show_counted(scores, cells_of(counts(NOW), counts(NOW)))
     assert scores.table.cell("car", f"{key} change").text == "—"
+
+
+def test_the_first_row_is_the_mean_of_the_classes_with_its_error_and_parts(scores: ScoresPanel) -> None:
+    now, before = counts(NOW), counts(BEFORE)
+    cells = cells_of(now, before)
+    show_counted(scores, cells)
+    scores.show_pending()
+    (mean,) = PREDICTED.estimates(now, "all")[ALL]
+    shown = scores.table.cell(ALL, "predicted")
+    assert shown.text == estimate_text(PREDICTED, mean) and mean.se == now.calibration.mean_error
+    assert shown.error == parts_text(PREDICTED, mean) != ""
+    assert scores.table.cell(ALL, "s_ms").text == "", "entropies have no mean"
+    weak = Weakest(("bicycle", 0.2), ("rear", 0.1), 30.0)
+    found = replace(cells[SHARE_5.key].compared(), weakest={ALL: weak, "car": Weakest(sector=("left", 0.3))})
+    scores.show_figures("objects", {SHARE_5.key: found})
+    value, change = scores.table.cell(ALL, SHARE_5.key), scores.table.cell(ALL, f"{SHARE_5.key} change")
+    assert value.error == "bicycle, rear" and "30 m" in change.error
+    assert (
+        weakest_text(SHARE_5, weak) in value.tip
+        and "left 30.0 %" in scores.table.cell("car", SHARE_5.key).tip
+    )
+
+
+@pytest.mark.parametrize(
+    ("height_px", "lines"),
+    [
+        (4 * ROW_PX, [ROW_PX, ROW_PX]),
+        (TWO_LINES_PX + 3 * ROW_PX, [TWO_LINES_PX, ROW_PX]),
+        (4 * TWO_LINES_PX, [TWO_LINES_PX, TWO_LINES_PX]),
+    ],
+)
+def test_a_second_line_needs_room_in_the_first_row_then_in_all(
+    scores: ScoresPanel, height_px: int, lines: list[int]
+) -> None:
+    size = QSize(900, height_px)
+    scores.table.resizeEvent(QResizeEvent(size, size))
+    assert [scores.table.verticalHeader().sectionSize(row) for row in (0, 1)] == lines
 
 
 def test_an_exact_value_moved_by_a_sample_has_the_errors_of_calibration_and_change() -> None:

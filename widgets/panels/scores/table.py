@@ -32,7 +32,7 @@ ABOUT, FOLLOWS = "≈ ", "…"
 LAST_SAVED = "the last saved rig"
 CLASS_PX, CHANGE_PX = 108, 88
 NARROW_PX = 1400
-ROW_PX, TWO_LINES_PX = 26, 38
+ROW_PX, TWO_LINES_PX = 24, 34
 MEAN = "class mean"
 ESTIMATE_NOTE = "Estimated on larger voxels; the exact number follows when the mouse rests."
 LONGEST_VALUE = "100.0 ±10.0 %"
@@ -156,7 +156,7 @@ class ScoreTable(FigureTable):
             return _NOT_MEANT, _NOT_MEANT
         value, change = found.value[who], found.change[who]
         weakest = found.weakest.get(who, NOWHERE)
-        worst, half = weakest_text(figure, weakest), half_text(figure, weakest)
+        worst, half = weakest_text(figure, weakest), half_text(figure, weakest, is_short=True)
         where = MEAN if who == ALL else who
         tip = tip_text(
             figure, where, value, change, self._baseline, "\n".join(filter(None, (worst, found.about)))
