@@ -29,10 +29,14 @@ SIZE_STEPS, HEIGHT_STEPS, LOWEST_M = 4000, 4000, -20.0
 """Sizes from 0 and heights from LOWEST_M are tallied in steps of STEP_M; what lies beyond the ends counts there."""
 PLACES = len(SECTORS) * (len(RINGS_M) - 1)
 """Sectors and rings of a class."""
-FLOWS = ("ahead along", "ahead across", "beside along", "beside across", "oncoming left", "oncoming right")
+FLOWS = (
+    "ahead along", "ahead across", "beside along", "beside across", "oncoming left", "oncoming right",
+    "lane ahead", "lane back",
+)  # fmt: skip
 """Cars that tell where a road runs: in the lane ahead and behind (within 4 m of the x axis) and beside the car, by
-whether they head along x or across; and those that head back in a neighbouring lane (2 to 12 m aside), by side."""
-_LANE_M, _ROAD_M = 4.0, 40.0
+whether they head along x or across; those that head back in a neighbouring lane (2 to 12 m aside), by side; and those
+in the car's own lane (within 1.5 m of the x axis), by whether they head ahead or back."""
+_LANE_M, _ROAD_M, _OWN_LANE_M = 4.0, 40.0, 1.5
 _NEXT_LANE_M = (2.0, 12.0)
 
 
@@ -154,7 +158,7 @@ def _added(tallies: Iterable[Counter[int]]) -> Counter[int]:
 
 
 def _flows(x: NDArray[np.float64], y: NDArray[np.float64], heading: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return the places of boxes in FLOWS (n, 2), _NO_FLOW for none; heading (n, 3): the direction of their length."""
+    """Return the places of boxes in FLOWS (n, 3), _NO_FLOW for none; heading (n, 3): the direction of their length."""
     across = np.abs(heading[:, 1]) > np.abs(heading[:, 0])
     along_m, aside_m = np.abs(x), np.abs(y)
     ahead = (aside_m < _LANE_M) & (along_m > _LANE_M) & (along_m < _ROAD_M)
@@ -163,7 +167,9 @@ def _flows(x: NDArray[np.float64], y: NDArray[np.float64], heading: NDArray[np.f
     comes = ~across & (heading[:, 0] < 0.0) & (aside_m > near) & (aside_m < far) & (along_m < _ROAD_M)
     lane = np.where(ahead, across, np.where(beside, 2 + across, _NO_FLOW))
     side = np.where(comes, np.where(y > 0.0, 4, 5), _NO_FLOW)
-    return np.stack([lane, side], axis=1).astype(np.int64)
+    own = ~across & ahead & (aside_m < _OWN_LANE_M)
+    way = np.where(own, np.where(heading[:, 0] > 0.0, 6, 7), _NO_FLOW)
+    return np.stack([lane, side, way], axis=1).astype(np.int64)
 
 
 def _steps(values_m: NDArray[np.float64], low_m: float, count: int) -> NDArray[np.int64]:
