@@ -225,6 +225,7 @@ def write(rig: Rig, notes: Notes) -> dict[str, str]:
     notes.converted("origin from the body centre to the rear axle; angles to radians")
     notes.approximated(f"height of the rear axle is not in the rig: {WHEEL_RADIUS_M:g} m above the ground")
     notes.converted("names, for which OSI has no field, are kept next to the messages, by sensor_id")
+    notes.ignored("vehicle: the format cannot express it")
     names = {str(number): sensor.name for number, sensor in enumerate(sensors, 1)}
     document = {"sensor_view_configuration": messages, "sensor_names": names}
     return {"osi.json": json.dumps(document, indent=2) + "\n"}

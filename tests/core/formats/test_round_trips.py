@@ -17,6 +17,7 @@ from tests.core.formats.cases import (
     camera,
     lidar,
     read_files,
+    report_on,
     rig_of,
     sensor_matrix,
     written,
@@ -124,3 +125,22 @@ def test_driveworks_brings_back_vehicle_library_model_and_radial_distortion() ->
 def test_the_own_format_brings_back_everything() -> None:
     rig = rig_of(lidar("a", LEVEL, enabled=False), camera("b", LEVEL))
     assert again("riglens", rig) == rig
+
+
+@pytest.mark.parametrize("name", BOTH_WAYS)
+def test_a_vehicle_comes_back_or_is_reported_as_lost(name: str) -> None:
+    rig = Rig(vehicle=VEHICLE, sensors=(lidar("a", LEVEL), camera("b", LEVEL)))
+    back = read_files(written(name, rig), name).rig.vehicle
+    sizes, held = ((one.length, one.width, one.height, one.rear_axle_x) for one in (back, VEHICLE))
+    if name in ("riglens", "autoware", "driveworks"):
+        assert sizes == pytest.approx(held, abs=1e-9)
+    else:
+        report = report_on(name, rig)
+        lost = (*report.of_kind("ignored"), *report.of_kind("approximated"))
+        assert any("vehicle" in one.text for one in lost)
+
+
+@pytest.mark.parametrize("rear_axle_x", [-2.46, 2.46])
+def test_an_axle_off_the_vehicle_is_not_written_for_autoware(rear_axle_x: float) -> None:
+    rig = Rig(vehicle=VEHICLE.replace(rear_axle_x=rear_axle_x), sensors=(lidar("a", LEVEL),))
+    assert not any("vehicle_info" in file for file in written("autoware", rig))
