@@ -47,8 +47,9 @@ class Report(Feature):
         self.work, self.show_file = make_report, show
         self.dialogs: dict[Path, ReportDialog] = {}
         """The previews that are open, by the folders of their files."""
+        self._folders = set[Path]()
         self.bind(report=bench.guarded(self.start))
-        bench.closing.connect(self._clear)
+        bench.closing.connect(self._clear)  # tasks have ended by then
 
     def rigs(self) -> tuple[Rig, ...]:
         """Return the rig and those of the Compare panel under the names shown there, each once."""
@@ -68,6 +69,7 @@ class Report(Feature):
         settings = self.session.settings
         score = ScoreOptions(settings.method, settings.reading, settings.camera_weight, body=settings.body)
         made = Path(tempfile.mkdtemp(prefix="riglens-report-"))
+        self._folders.add(made)
         job = ReportJob(self.rigs(), fixed_options(scene), score, made, self._propose.why())
         self.bench.tasks.run(
             "Report",
@@ -102,11 +104,13 @@ class Report(Feature):
     def _forget(self, made: Path) -> None:
         """Remove the folder of a report that was put away; a browser has read it by then."""
         self.dialogs.pop(made, None)
+        self._folders.discard(made)
         shutil.rmtree(made, ignore_errors=True)
 
     def _clear(self) -> None:
-        for made, dialog in list(self.dialogs.items()):
-            dialog.close()
+        for made in list(self._folders):
+            if made in self.dialogs:
+                self.dialogs[made].close()
             self._forget(made)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from multiprocessing.connection import Connection
 from pathlib import Path
 from types import SimpleNamespace
@@ -168,6 +168,24 @@ def test_closing_the_window_removes_what_was_made(desk: FullDesk) -> None:
     made = next(iter(desk.features.report.dialogs))
     desk.workbench.closing.emit()
     assert not made.exists()
+
+
+def test_closing_the_window_removes_what_is_being_made(desk: FullDesk) -> None:
+    desk.load()
+    desk.session.scene.options = SceneOptions()  # type: ignore[union-attr,misc]
+    folders: list[Path] = []
+
+    def work(job: ReportJob, progress: Callable[[float], object]) -> list[Path]:
+        (job.folder / PAGE).write_text("half", encoding="utf-8")
+        folders.append(job.folder)
+        while True:
+            progress(0.5)
+
+    desk.features.report.work = work  # type: ignore[assignment]
+    desk.act("report")
+    desk.qtbot.waitUntil(lambda: bool(folders), timeout=TIMEOUT_MS)
+    desk.workbench.closing.emit()
+    assert not folders[0].exists()
 
 
 def test_a_report_that_fails_leaves_no_folder_and_kept_rigs_are_in_it(desk: FullDesk) -> None:
