@@ -162,7 +162,10 @@ def _lines(entry: Entry, library: Library) -> Iterator[tuple[str, str]]:
     yield from _own_lines(sensor, entry)
     yield "range", _range(sensor)
     for share, metres in entry.range_anchors():
-        yield "", f"{metres:g} m at {100 * share:g} % reflectivity"
+        how = (
+            "" if entry.range_probability is None else f", detected with {100 * entry.range_probability:g} %"
+        )
+        yield "", f"{metres:g} m at {100 * share:g} % reflectivity{how}"
 
 
 def _body(entry: Entry) -> str:

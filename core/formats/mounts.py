@@ -215,18 +215,19 @@ class Mounting:
 
 
 _OTHER_NAMES = {
-    "velodyne-vlp-16": "puck",
+    "velodyne-vlp-16": "puck velodyne16",
     "velodyne-vlp-16-hires": "puckhires vlp16hires",
     "velodyne-vlp-32c": "ultrapuck vlp32",
     "velodyne-hdl-32e": "hdl32",
-    "velodyne-hdl-64e": "hdl64",
-    "velodyne-vls-128": "alphaprime alphapuck vlp128",
+    "velodyne-hdl-64e": "hdl64 velodyne64",
+    "velodyne-vls-128": "alphaprime alphapuck vlp128 velodyne128",
     "hesai-pandar128e4x": "pandar128",
     "hesai-qt64": "pandarqt pandarqt64",
     "hesai-xt32": "pandarxt pandarxt32",
     "hesai-xt16": "pandarxt16",
-    "hesai-xt32m": "pandarxtm xtm",
-    "hesai-at128": "at128p",
+    "hesai-xt32m": "pandarxtm xtm xt32m2x",
+    "hesai-at128": "at128p at128e2x",
+    "hesai-pandar40p": "pandar40",
     "hesai-atx": "atx",
     "hesai-pandargt": "pandargt",
     "ouster-osdome-128": "osdome",
@@ -247,10 +248,15 @@ _OTHER_NAMES = {
     "livox-hap": "hap",
     "continental-ars408-21": "ars408 ars40821",
     "continental-ars540": "ars540",
+    "continental-ars548": "ars548 ars548rdi",
+    "continental-ars430": "ars430 ars430di",
+    "arbe-phoenix": "phoenix arbephoenix arbe",
+    "aptiv-esr-2.5": "esr aptivesr delphiesr",
+    "smartmicro-type-132": "umrr132 type132 umrrtype132",
 }
 """Other usual names of models, letters and digits alone and without the maker, in frames, macros and configurations."""
 _MOST_WORDS = 6
-_MAKERS = "velodyne|hesai|robosense|rslidar|rs|livox|ouster|continental|conti"
+_MAKERS = "velodyne|hesai|robosense|rslidar|rs|livox|ouster|continental|conti|smartmicro|aptiv"
 _OTHER = {
     name: re.compile(f"(?:{_MAKERS})*(?:{'|'.join(said.split())})") for name, said in _OTHER_NAMES.items()
 }
@@ -268,8 +274,13 @@ def find_model(words: str, kind: str = "lidar") -> Entry | None:
     found = exact or [entry for entry in entries if any(run.endswith(_product(entry)) for run in runs)]
     if found:
         return max(found, key=lambda entry: len(_product(entry)))
-    known = [entry for entry in entries if entry.name in _OTHER]
-    return next((entry for entry in known if any(map(_OTHER[entry.name].fullmatch, runs))), None)
+    said = {
+        max((len(run) for run in runs if _OTHER[entry.name].fullmatch(run)), default=0): entry
+        for entry in reversed(entries)
+        if entry.name in _OTHER
+    }
+    length = max(said, default=0)  # as in "puck hires", which begins with another model
+    return said[length] if length else None
 
 
 def _runs_of_words(text: str) -> list[str]:

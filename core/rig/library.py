@@ -68,7 +68,8 @@ class Entry(Frozen):
     """Sensor model: its description, the source of its figures and the sensor fields it supplies.
 
     `azimuth_step_deg`: revolutions per second to degrees between neighbouring azimuths; `pixel_um`: edge of a pixel;
-    `range_at`: reflectivity of a diffuse target to the metres at which the maker still states a return;
+    `range_at`: reflectivity of a diffuse target to the metres at which the maker still states a return, with the
+    probability `range_probability` (one half unless stated);
     `unverified`: figures of this entry that no source at hand bears out; `assumed`: those that are our choice.
     """
 
@@ -81,6 +82,7 @@ class Entry(Frozen):
     body_m: Cylinder | Cuboid | None = None
     azimuth_step_deg: dict[Rate, Positive] | None = None
     range_at: dict[Share, Positive] | None = None
+    range_probability: Annotated[float, Field(ge=0.5, le=0.99)] | None = None
     unverified: tuple[str, ...] = ()
     assumed: tuple[str, ...] = ()
     pixel_um: Positive | None = None
@@ -122,6 +124,7 @@ class Entry(Frozen):
 FIGURES = {
     "range_m": "range",
     "range_at": "range by reflectivity",
+    "range_probability": "probability of its ranges",
     "elevations_deg": "beams",
     "azimuths_deg": "azimuths",
     "azimuth_offsets_deg": "azimuth offsets",
@@ -213,6 +216,8 @@ def _check_about(entry: Entry, place: str) -> None:
         raise InputError(
             f"{place}: range_at must be at most {MAX_ANCHORS} ranges that rise with reflectivity"
         )
+    if entry.range_probability is not None and not anchors:
+        raise InputError(f"{place}: range_probability is that of range_at, which is missing")
     stated = {*entry.fields, *(key for key in _ABOUT if getattr(entry, key) is not None)}
     for key in ("unverified", "assumed"):
         for figure in getattr(entry, key):

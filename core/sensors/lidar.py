@@ -259,7 +259,7 @@ LIDAR = SensorKind(
     placement=Placement(above_roof_m=0.35, rpy_deg=upright_rpy_deg),
     hits=HitMeasure("points", threshold=5, label="points", unit="points"),
     spelled_out={"elevations_deg": Lidar.elevations, "azimuths_deg": Lidar.azimuths},
-    library_figures=("azimuth_step_deg", "range_at"),
+    library_figures=("azimuth_step_deg", "range_at", "range_probability"),
     score_weight=1.0,
     has_range_law=True,
     spins=True,

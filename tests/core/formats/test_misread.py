@@ -225,6 +225,11 @@ def test_a_name_that_goes_on_is_not_another_model(words: str) -> None:
     ("words", "model"),
     [
         ("alpha_prime", "velodyne-vls-128"),
+        ("puck_hires", "velodyne-vlp-16-hires"),
+        ("ultra_puck", "velodyne-vlp-32c"),
+        ("left_puck", "velodyne-vlp-16"),
+        ("XT32M2X", "hesai-xt32m"),
+        ("os0_64", "ouster-os0-64"),
         ("velodyne_hdl64", "velodyne-hdl-64e"),
         ("pandar128", "hesai-pandar128e4x"),
         ("ruby_plus", "robosense-ruby-plus"),

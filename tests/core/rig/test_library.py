@@ -150,7 +150,7 @@ def test_beams_rise_and_steps_fit_the_azimuths(entry: Entry) -> None:
         ("ouster-os2-128-rev7", (0.8, 350.0)),
         ("robosense-rs-lidar-16", (0.4, 150.0)),
         ("robosense-rs-lidar-32", (0.4, 200.0)),
-        ("robosense-bpearl", (0.1, 150.0)),
+        ("robosense-bpearl", (0.1, 100.0)),
         ("livox-mid-360", (0.1, 70.0)),
         ("generic-16", (0.0, 100.0)),
     ],

@@ -298,6 +298,11 @@ def test_where_ranges_come_from():
     gen1 = sensor_from_model("ouster-os1-64", "L", Pose())
     assert anchors_of(gen1) == ((0.1, 40.0), (0.8, 120.0))
     assert range_for(0.1, anchors_of(gen1)) == 40.0
+    rev7, at_90 = sensor_from_model("ouster-os1-128-rev7", "a", Pose()), (1.0 - 0.08 * math.log(9.0))
+    assert anchors_of(rev7) == ((0.1, 90.0 / at_90), (0.8, 170.0 / at_90))
+    rev6 = sensor_from_model("ouster-os1-128", "a", Pose())  # 45 m and 100 m with 90 %
+    stated = [metres * at_90 for _, metres in anchors_of(rev6)]
+    assert stated == pytest.approx([45.0, 100.0], rel=0.02)
     assert range_for(0.2, anchors_of(gen1)) == pytest.approx(40.0 * math.sqrt(2.0))
     assert range_for(0.4, anchors_of(gen1)) == pytest.approx(120.0 * math.sqrt(0.5))
     assert anchors_of(lidar(range_m=(0.0, 90.0))) == ((0.8, 90.0),)
