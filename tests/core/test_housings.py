@@ -56,7 +56,7 @@ def triangles_without(rig: Rig, name: str) -> Doubles:
 
 def test_rays_end_at_the_first_of_the_body_and_the_other_housings() -> None:
     met = 0
-    crowds = [crowd(seed, 4, 24) for seed in range(9)]
+    crowds = [crowd(seed, 8, 24) for seed in range(5)]
     for rig, sensor in [(one, sensor) for one in crowds for sensor in one.sensors]:
         rays = sensor_rays(sensor)
         corners = triangles_without(rig, sensor.name)
