@@ -44,6 +44,8 @@ FIGURES = {
 """Figures compared, by name; the last one is the paper's entropy."""
 PERCEPTION = "perception"
 """Perception entropy of Ma et al. (2021), for comparison."""
+INSIDE = "inside"
+"""Seen by cameras without the edge of the picture: the visible share of what lies inside the picture."""
 _LEAST = {PREDICTED.key: 0.0}
 
 
@@ -112,7 +114,7 @@ class _Recorded:
         """Return each figure, mean over classes, on all objects and on replicas of them, (1 + REPLICAS,)."""
         parts = [(share, self._sums_of(rig)) for share, rig in mix]
         means = np.sum([share * sums.means(self._weights) for share, sums in parts], axis=0)
-        names = [*(one.key for one in _OF_OBJECTS), PERCEPTION]
+        names = [*(one.key for one in _OF_OBJECTS), PERCEPTION, INSIDE]
         least = np.array([_LEAST.get(name, -math.inf) for name in names])[:, None, None]
         of_classes = _mean_known(np.maximum(means, least)[:, rows])
         seen = np.nan
@@ -122,8 +124,10 @@ class _Recorded:
 
     def _sums_of(self, rig: Rig) -> _Sums:
         if rig not in self._sums:
-            counted = self._targets.evaluate(rig, TargetSettings(body=None), self._frames)
+            settings = TargetSettings(body=None)
+            counted = self._targets.evaluate(rig, settings, self._frames, with_losses=True)
             values = [*(one.values(counted) for one in _OF_OBJECTS), fused_precision(counted.objects)]
+            values.append(_shown_inside(counted))
             self._sums[rig] = _sums(counted, np.stack(values))
         return self._sums[rig]
 
@@ -132,6 +136,14 @@ class _Recorded:
             classes = self._engine.evaluate(rig, replace(PAPER_SETTINGS, body=rig.body)).scores.classes
             self._seen[rig] = np.array([classes[cls].any_seen for cls in CLASSES])
         return self._seen[rig]
+
+
+def _shown_inside(counted: Counted) -> Doubles:
+    """Return the visible share of what lies inside the picture that shows most of an object, (k,); 0 outside every
+    picture."""
+    assert counted.losses is not None
+    shown, inside = counted.objects.visible, 1.0 - np.nan_to_num(counted.losses.outside, nan=1.0)
+    return np.divide(shown, inside, out=np.zeros(len(shown)), where=shown > 0.0)
 
 
 def _mean_known(values: Doubles) -> Doubles:

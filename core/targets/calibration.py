@@ -95,8 +95,8 @@ class Curves(Frozen):
 
 class Domain(Frozen):
     """Domain in which a calibration holds: objects within a distance and a rectangle around the car, rigs with
-    this range of LiDAR rays, a number of sweeps, these data. beyond: what is known of rigs with other numbers of rays,
-    in words."""
+    this range of LiDAR rays, a number of sweeps, these data. In words: beyond, what is known of rigs with other numbers
+    of rays; cameras_alone, why rigs without LiDARs are outside, if they are."""
 
     within_m: Metres | None = None
     length_m: Metres | None = None
@@ -105,6 +105,7 @@ class Domain(Frozen):
     sweeps: Annotated[int, Field(ge=1, le=100)] = 1
     data: Text
     beyond: Text | None = None
+    cameras_alone: Text | None = None
 
     @model_validator(mode="after")
     def _bounded(self) -> Domain:
@@ -200,6 +201,8 @@ class Calibration(Frozen):
         if rays and shown is not None and not shown[0] <= rays <= shown[1]:
             known = f": {self.domain.beyond}" if self.domain.beyond else ""
             return f"shown for {shown[0]:,} to {shown[1]:,} LiDAR rays, and the rig has {rays:,}{known}"
+        if not rays and self.domain.cameras_alone:
+            return f"shown for rigs with LiDARs, and the rig has none: {self.domain.cameras_alone}"
         if shape != "class" or not range_law:
             return "shown for class shapes with the range law"
         return ""

@@ -13,9 +13,10 @@ from riglens.core.files import write_file
 from riglens.core.monitor import Monitor
 from riglens.core.rig.model import FORMAT_VERSION
 from riglens.core.shown_tables import Block, Paragraph, Styled, table
-from riglens.core.study.anchors import FAILS, GROUPS, WITHIN_M, Recording
+from riglens.core.study.anchors import FAILS, GROUPS, NARROW, WITHIN_M, Recording
 from riglens.core.study.external import (
     FIGURES,
+    INSIDE,
     PERCEPTION,
     TOLERANCE,
     AnchorRatios,
@@ -122,6 +123,12 @@ def shown(found: Sequence[AnchorRatios]) -> Iterator[Block]:
             f"Perception entropy (Ma et al. 2021): passes {alike} of {len(mine)}, mean error "
             f"{_error(mine, PERCEPTION).strip()}"
         )
+        if group == NARROW:
+            shares = ", ".join(f"{one.ratios[INSIDE]:.2f}" for one in mine)
+            yield Paragraph(
+                f"Seen by cameras without the edge of the picture (the visible share of what lies inside): {shares}, "
+                f"passes {sum(one.passes(INSIDE) for one in mine)} of {len(mine)}"
+            )
     yield Paragraph(
         f"* more than {TOLERANCE:g} from the published ratio. Predicted AP is judged, of narrow and wide cameras seen "
         f"by cameras. ±: standard deviation of the judged ratio over {RUNS} runs of frames drawn with replacement: "
@@ -167,7 +174,7 @@ def lines(found: Sequence[AnchorRatios]) -> Iterator[dict[str, object]]:
             "passes": one.passes(of.figure),
             "traffic_sd": _short(one.traffic_sd),
         }
-        ratios = {name: _short(one.ratios[name]) for name in (*FIGURES, PERCEPTION)}
+        ratios = {name: _short(one.ratios[name]) for name in (*FIGURES, PERCEPTION, INSIDE)}
         yield line | ratios | {"known_fail": of.fails, "source": of.source}
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +31,8 @@ from riglens.studies.files import csv_text, require_folder
 
 NAMES = ("predicted-detection.csv", "predicted-detection-cells.csv", "study.yaml", "recall.yaml")
 _DIGITS = 4
+CHANGES = (0.0, 1.0, 2.0, 3.0, 5.0, 10.0)
+"""Sizes of changes that are told apart, points of mAP."""
 
 
 def study(detection: Path, recall: Path | None, out: Path, monitor: Monitor) -> list[Block]:
@@ -49,7 +52,7 @@ def study(detection: Path, recall: Path | None, out: Path, monitor: Monitor) -> 
     write_file(out / NAMES[2], found[0].calibration.text())
     if found_by is not None:
         write_file(out / NAMES[3], found_by.text())
-    said: list[Block] = [_rig_table(found[0]), _error_table(found)]
+    said: list[Block] = [_rig_table(found[0]), _error_table(found), _change_table(found[0])]
     if found_by is not None:
         errors = ", ".join(
             f"{name} {100.0 * error:.1f}" for name, error in zip(CLASSES, found_by.errors[1:], strict=True)
@@ -96,4 +99,19 @@ def _error_table(found: Sequence[Prediction]) -> ShownTable:
     for one in found:
         errors = [f"{100.0 * error:.2f}" for error in one.errors()]
         shown.add_row(one.calibration.unit, *errors, f"{one.rank():.3f}", f"{one.rank(equal_rays=True):.3f}")
+    return shown
+
+
+def _change_table(found: Prediction) -> ShownTable:
+    """Return how far predicted changes of mAP miss the measured ones, and how often their signs agree, by size."""
+    shown = table("predicted change of mAP, points", "pairs", "same sign", "error")
+    measured, predicted = found.changes()
+    size = 100.0 * np.abs(predicted)
+    for least, most in pairwise((*CHANGES, np.inf)):
+        mine = (size >= least) & (size < most)
+        if mine.any():
+            agree = np.sign(measured[mine]) == np.sign(predicted[mine])
+            error = 100.0 * np.sqrt(np.mean((predicted[mine] - measured[mine]) ** 2))
+            words = f"{least:g} to {most:g}" if np.isfinite(most) else f"{least:g} or more"
+            shown.add_row(words, f"{mine.sum()}", f"{100.0 * agree.mean():.0f} %", f"{error:.1f}")
     return shown

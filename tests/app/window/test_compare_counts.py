@@ -10,7 +10,7 @@ from riglens.app.background.counting import OtherCount
 from riglens.core.figures.figure import Estimate
 from riglens.core.figures.hits import SHARE_5
 from riglens.core.figures.registry import leading_figures, object_figures
-from riglens.core.figures.text import change_text, estimate_text, in_sentence
+from riglens.core.figures.text import change_text, decimals_of, estimate_text, in_sentence
 from riglens.core.figures.values import values_of_objects
 from tests.app.window.counts import ENGINE, count
 from tests.app.window.desk import FullDesk
@@ -53,7 +53,8 @@ def test_differences_count_from_the_baseline(desk: FullDesk) -> None:
     value = answered(desk, asked(desk)[0])
     compare.panel.model.set_shown("baseline")
     before = desk.features.targets.answer.baseline_figures[SHARE_5.key]["car"]
-    assert shown(desk, "W+C") == change_text(SHARE_5, value.value - before.value)
+    change = value.minus(before)
+    assert shown(desk, "W+C") == change_text(SHARE_5, change.value, decimals_of(SHARE_5, change.se))
 
 
 def test_another_way_of_counting_makes_all_void(desk: FullDesk) -> None:

@@ -3,18 +3,22 @@
 import csv
 import io
 import math
+from dataclasses import replace
 
 import pytest
 
-from riglens.core.figures.figure import Estimate, Figure
+from riglens.core.figures.figure import ALL, Estimate, Figure
 from riglens.core.figures.hits import MISSED, ON_TARGET
+from riglens.core.figures.predicted import PREDICTED
 from riglens.core.figures.registry import figures, leading_figures
+from riglens.core.figures.text import change_estimate_text, estimate_text, parts_text
 from riglens.core.rig.model import Camera, Lidar, LinearAngles, Sensor
 from riglens.core.rig.presets import preset
 from riglens.core.scene.boxes import CLASSES
 from riglens.widgets.panels.compare.model import (
     ALL_CLASSES,
     FIRST_FIGURE,
+    MEAN,
     CompareModel,
     CompareRow,
     columns_for,
@@ -111,6 +115,27 @@ def test_one_class_has_all_its_scores_and_all_classes_the_main_ones() -> None:
         (name, figure) for name in CLASSES for figure in leading_figures()
     ]
     assert len({column.title for column in every}) == len(every)
+
+
+def test_the_means_of_the_classes_are_a_choice_with_errors_and_stand_in_the_file() -> None:
+    found = Estimate(0.5, 0.02, "sampled", runs=(0.01, -0.01), parts={"lidar": 0.4, "camera": 0.1})
+    row = CompareRow("k", "rig", "file", preset("W+T"), counted={PREDICTED.key: {ALL: found}})
+    less = replace(row, counted={PREDICTED.key: {ALL: replace(found, value=0.4, runs=(0.0, 0.0))}})
+    model = CompareModel()
+    model.set_rows([less, row])
+    model.set_class(MEAN)
+    assert [one.figure for one in model.columns] == [
+        one for one in leading_figures() if one.needs == "objects"
+    ]
+    place = FIRST_FIGURE + [one.figure for one in model.columns].index(PREDICTED)
+    cell = model.cell(1, place)
+    assert cell.text == estimate_text(PREDICTED, found) and parts_text(PREDICTED, found) in cell.tip
+    model.set_shown("first")
+    assert model.cell(1, place).text == change_estimate_text(
+        PREDICTED, found.minus(less.counted["predicted"][ALL])
+    )
+    (read,) = csv.DictReader(io.StringIO(table_text([row], ",")))
+    assert read["class mean predicted AP (fraction)"] == "0.5"
 
 
 def test_a_camera_says_what_it_resolves_and_what_it_shares_with_its_neighbours():

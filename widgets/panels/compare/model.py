@@ -9,15 +9,20 @@ from typing import Any, Literal
 from PySide6.QtCore import Qt, Signal
 
 from riglens.core.figures.coverage import VoxelFigure
-from riglens.core.figures.figure import Estimate, Figure
+from riglens.core.figures.figure import ALL, Estimate, Figure
+from riglens.core.figures.objects import ObjectFigure
 from riglens.core.figures.sentence import changes_between, sentence
 from riglens.core.figures.text import (
     EXACT_UNITS,
     UNRESOLVED,
+    change_estimate_text,
     change_text,
+    decimals_of,
     error_text,
+    estimate_text,
     exact_text,
     in_sentence,
+    parts_text,
     value_text,
     verdict,
 )
@@ -47,7 +52,7 @@ ORIGIN_TITLES: dict[Origin, str] = {
     "preset": "preset",
     "file": "file",
 }
-ALL_CLASSES = "all classes"
+ALL_CLASSES, MEAN = "all classes", "class mean"
 _ONE_LINE = 9
 """Longest short title, in characters, that stands in one line."""
 _SHORT_CLASSES = {"pedestrian": "ped.", "bicycle": "bike"}
@@ -94,6 +99,11 @@ class FigureColumn:
     short: str
 
     @property
+    def who(self) -> str:
+        """The class, or the mean of the classes, in words."""
+        return MEAN if self.class_name == ALL else self.class_name
+
+    @property
     def in_two_lines(self) -> str:
         """The short title for narrow columns."""
         if len(self.short) <= _ONE_LINE:
@@ -113,9 +123,12 @@ class FigureColumn:
 
 
 def columns_for(class_name: str, present: Iterable[str] = ()) -> tuple[FigureColumn, ...]:
-    """Return all figures of one class that rigs with sensors of some kinds have, or the leading ones of every class for
-    ALL_CLASSES."""
+    """Return all figures of one class that rigs with sensors of some kinds have, the leading ones of every class for
+    ALL_CLASSES, or those that have a mean of the classes for MEAN."""
     known = class_figures(present)
+    if class_name == MEAN:
+        means = (one for one in known if isinstance(one, ObjectFigure) and one.of_classes)
+        return tuple(FigureColumn(ALL, one, one.title, one.short) for one in means)
     if class_name != ALL_CLASSES:
         return tuple(FigureColumn(class_name, figure, figure.title, figure.short) for figure in known)
     return tuple(
@@ -140,10 +153,8 @@ def table_text(rows: Sequence[CompareRow], delimiter: str) -> str:
     """Return every figure of every rig in full precision, whatever the window shows; one line per rig."""
     present = kinds_in(rows)
     kinds = shown_kinds(present)
-    columns = [column for name in CLASSES for column in columns_for(name, present)]
-    titles = [
-        f"{one.class_name} {in_sentence(one.title)} ({EXACT_UNITS[one.figure.unit]})" for one in columns
-    ]
+    columns = [column for name in (*CLASSES, MEAN) for column in columns_for(name, present)]
+    titles = [f"{one.who} {in_sentence(one.title)} ({EXACT_UNITS[one.figure.unit]})" for one in columns]
     lines: list[Sequence[object]] = [["rig", "origin", "where", *(kind.plural for kind in kinds), *titles]]
     for row in rows:
         said = [spreadsheet_cell(text) for text in (row.name, ORIGIN_TITLES[row.origin], row.where)]
@@ -184,7 +195,7 @@ class CompareModel(FigureModel):
         self._refresh(anew=not is_same)
 
     def set_class(self, class_name: str) -> None:
-        """Show all figures of a class, or the leading ones of ALL_CLASSES."""
+        """Show all figures of a class, the leading ones of ALL_CLASSES, or the means of the classes for MEAN."""
         self._class_name = class_name
         self._choose_columns()
         self._refresh(anew=True)
@@ -244,15 +255,17 @@ class CompareModel(FigureModel):
         return None if before is None else value.minus(before)
 
     def text(self, column: FigureColumn, found: Estimate) -> str:
-        """Return a value, with one decimal where it has an error, or a difference."""
-        if self._kind != "values":
-            return change_text(column.figure, found.value)
-        return value_text(column.figure, found.value, decimals=1 if found.se else 2)
+        """Return a value or a difference with its error; without it where all classes share the width."""
+        if self._class_name != ALL_CLASSES:
+            written = estimate_text if self._kind == "values" else change_estimate_text
+            return written(column.figure, found)
+        text = value_text if self._kind == "values" else change_text
+        return text(column.figure, found.value, decimals=decimals_of(column.figure, found.se))
 
     # ------------------------------------------------------------------ cells
     def _refresh(self, anew: bool = False) -> None:
         columns = [
-            Heading(column.title, f"{column.class_name}: {column.figure.tip}", column.in_two_lines)
+            Heading(column.title, f"{column.who}: {column.figure.tip}", column.in_two_lines)
             for column in self._figures_shown
         ]
         self.show(
@@ -284,6 +297,7 @@ class CompareModel(FigureModel):
             return Cell(NONE, (None,), found.reason, tone="muted")
         number, is_outside = found.value, found.state == "outside"
         tip = f"{exact_text(column.figure, number)} {error_text(column.figure, found.se)}".rstrip()
+        tip = "\n".join(filter(None, (tip, parts_text(column.figure, found))))
         tip = f"{tip}\nOutside the domain: {found.reason}" if is_outside else tip
         if self._kind == "values":
             return Cell(
@@ -292,7 +306,7 @@ class CompareModel(FigureModel):
                 tip,
                 tone="muted" if is_outside else "text",
                 bar=self._bar_share(column, number),
-                bar_colour=CLASS_COLOURS[column.class_name],
+                bar_colour=CLASS_COLOURS.get(column.class_name),
             )
         said = verdict(in_reading(column.figure, self._reading), found)
         tip = f"{tip}: {said}" if said == UNRESOLVED else tip

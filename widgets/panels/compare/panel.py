@@ -24,6 +24,7 @@ from riglens.widgets.panels.compare.chart import CompareChart
 from riglens.widgets.panels.compare.model import (
     ALL_CLASSES,
     FIRST_FIGURE,
+    MEAN,
     RIG,
     SENSORS,
     CompareModel,
@@ -275,7 +276,7 @@ class ComparePanel(QWidget):
         )  # fmt: skip
         self._class, self._shown = ChoiceBox(), ChoiceBox()
         self._class.setObjectName("compare_class")
-        self._class.addItems([ALL_CLASSES, *CLASSES])
+        self._class.addItems([ALL_CLASSES, MEAN, *CLASSES])
         self._class.activated.connect(self._choose_class)
         self._shown.setObjectName("compare_shown")
         for shown, title in SHOWN.items():
