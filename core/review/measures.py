@@ -83,7 +83,7 @@ class Measures:
                 if self._designed is not None and used < most:
                     whole, designed = self._as_designed
                     own, added = figure.of(whole, cls), figure.change(sample, designed, cls)
-                    estimate = Estimate(min(1.0, max(0.0, own.value + added.value)), added.se)
+                    estimate = Estimate(min(1.0, max(0.0, own.value + added.value)), added.sample_se)
                 found[measured_name(figure, cls)] = estimate
         return found
 
