@@ -68,7 +68,7 @@ def read(source: Source, mounting: Mounting) -> Rig:
 
 
 def table_of(source: Source) -> Lines:
-    """Return the numbers of every line `name: numbers` or `name numbers`; other lines are left out."""
+    """Return the numbers of every line `name: numbers` or `name numbers`, at least of one; other lines are left out."""
     lines = source.text.splitlines()
     if len(lines) > _MAX_LINES:
         raise InputError(f"{source.where}: must be at most {_MAX_LINES} lines (got {len(lines)})")
@@ -79,6 +79,8 @@ def table_of(source: Source) -> Lines:
             raise InputError(f"{source.where}: {shortened(name)}: given twice")
         if name and len(line) < 5_000:
             table[name] = words
+    if not table:
+        raise InputError(f"{source.where}: must have lines such as 'R: 1 0 0 0 1 0 0 0 1' (got none)")
     return dict(source.value(table).items())
 
 
@@ -86,7 +88,7 @@ def table_matrix(table: Lines, names: tuple[str, ...], rows: int, columns: int) 
     """Return the matrix under one of the names, row by row."""
     value = next((table[name] for name in names if name in table), None)
     if value is None:
-        where = next(iter(table.values())).place[0] if table else "calibration"
+        where = next(iter(table.values())).place[0]
         raise InputError(f"{where}: {names[0]}: missing")
     return value, quoted_numbers(value, rows, columns)
 

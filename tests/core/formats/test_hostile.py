@@ -68,6 +68,17 @@ def test_yaml_anchors_tags_and_merge_keys_are_refused(tmp_path: Path) -> None:
         assert "not accepted" in refusal(path, "kalibr")
 
 
+@pytest.mark.parametrize("case", SMALL)
+def test_a_file_without_content_is_named_where_it_is_refused(tmp_path: Path, case: str) -> None:
+    for number, name in enumerate(SMALL[case]):
+        folder = write_files(tmp_path / str(number) / "rig", SMALL[case] | {name: ""})
+        path = folder / name if len(SMALL[case]) == 1 else folder
+        try:
+            read_rig(path, case.removesuffix("-raw"))
+        except InputError as error:
+            assert Path(name).name in str(error) or f"{path.name}:" in str(error), name
+
+
 @pytest.mark.parametrize(
     "text",
     [
