@@ -1,8 +1,9 @@
 """Expand xacro with ROS's package `xacro`, in a process of its own (`xacro_process`).
 
 Files are included, and YAML is loaded, from the folder of the rig's file and below it, or from its ROS package, and
-only from there: of `$(find package)/urdf/wheel.xacro` the end that lies there. The environment is not read: of
-$(optenv NAME DEFAULT) the default is taken. Source: ROS wiki "xacro".
+only from there: of `$(find package)/urdf/wheel.xacro` the end that lies there; or else from the ROS package of that
+name beside its own, as in a workspace. The environment is not read: of $(optenv NAME DEFAULT) the default is taken.
+Source: ROS wiki "xacro".
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ from riglens.core.limited_process import answer_of
 from riglens.core.rig.yaml.nodes import shortened, shown_path
 
 TIME_LIMIT_S = 10.0
+MOST_BESIDE = 200
+"""Folders beside that of the package in which others are looked for."""
 MAX_PARENTS = 4
 """Number of folders searched for the description of the package, starting with that of the rig's file."""
 
@@ -35,8 +38,9 @@ def expanded(source: Source, notes: Notes) -> Element:
     """Return the document without macros and expressions; raise InputError for unsupported ones."""
     folder = source.path.parent.resolve()
     file = str(folder / source.path.name)
+    package = _package(folder)
     answer = answer_of(
-        "riglens.core.formats.xacro_process", file, str(folder), str(_package(folder)),
+        "riglens.core.formats.xacro_process", file, str(folder), str(package), *_workspace(package),
         where=source.where, time_limit_s=TIME_LIMIT_S, still_wanted=source.time.check, given=source.text.encode(),
     )  # fmt: skip
     result = json.loads(answer)
@@ -50,9 +54,15 @@ def expanded(source: Source, notes: Notes) -> Element:
         if not tag:
             raise InputError(f"{where(place)}:{line}: {said}")
         raise Element(tag, Attributes({}), line, where(place)).error(said)
+    if result["unset"]:
+        notes.ignored(
+            "environment variables are not read: their defaults are taken, which may leave sensors out; for others "
+            "expand the file with ROS's xacro",
+            *(shortened(said, 40) for said in result["unset"]),
+        )
     for said in result["missing"]:
-        package = PurePosixPath(said).parts[1:2]
-        whose = f" (package {shortened(package[0])})" if said.startswith("/") and package else ""
+        named = PurePosixPath(said).parts[1:2]
+        whose = f" (package {shortened(named[0])})" if said.startswith("/") and named else ""
         notes.ignored(f"included file that is not in the rig's folder{whose}", shortened(said, 80))
     for said in result["unknown"]:
         notes.ignored("macro that no file in the rig's folder defines", shortened(said))
@@ -80,3 +90,16 @@ def _package(folder: Path) -> Path:
         if (place / "package.xml").is_file():
             return place
     return folder
+
+
+def _workspace(package: Path) -> list[str]:
+    """Return the folders in which other ROS packages may be: that around the package, the one around it, and the
+    repositories in that, as in the `src` of a workspace."""
+    if not (package / "package.xml").is_file():
+        return []
+    around = package.parent
+    try:
+        beside = [place for place in sorted(around.parent.iterdir())[:MOST_BESIDE] if place.is_dir()]
+    except OSError:
+        beside = []
+    return [str(place) for place in dict.fromkeys((around, around.parent, *beside))]

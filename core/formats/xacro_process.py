@@ -2,8 +2,9 @@
 
 xacro evaluates expressions as Python. Here they can neither reach Python's internals nor, by an audit hook, anything
 outside the process but the files that belong to the rig; time and memory are limited by `limited_process`. Run as
-`python -m riglens.core.formats.xacro_process FILE FOLDER...` with the text of the file on standard input: it and all
-that it includes must lie in one of the folders. The answer is JSON, see `Expansion.answer`.
+`python -m riglens.core.formats.xacro_process FILE FOLDER PACKAGE PLACE...` with the text of the file on standard input:
+it and all that it includes must lie in the folder or its ROS package, or in a package that it names and that lies in
+one of the places. The answer is JSON, see `Expansion.answer`.
 """
 
 from __future__ import annotations
@@ -58,8 +59,9 @@ class _Builder(expatbuilder.ExpatBuilderNS):
 class Expansion:
     """Expansion of one file; takes the place of the functions of `xacro` that open files and evaluate Python."""
 
-    def __init__(self, file: Path, folders: list[Path]) -> None:
-        self._file, self._folders = str(file), folders
+    def __init__(self, file: Path, folders: list[Path], places: list[Path]) -> None:
+        self._file, self._folders, self._places = str(file), folders, places
+        self._unset: dict[str, None] = {}
         self._node: Any = None
         self._steps = 0
         self.readable: set[str] = set()
@@ -74,17 +76,19 @@ class Expansion:
             dict.pop(xacro._global_symbols["python"], name)
         substitution_args._eval_find = "/{}".format  # of a path in a package only its end is looked up
         substitution_args._eval_env = _refuse_environment
+        substitution_args._eval_optenv = self._without_environment
         substitution_args._eval = _evaluated_arguments
 
     def answer(self, text: bytes) -> bytes:
         """Return JSON: `elements`, each with depth, tag, attributes, text, file and line, in the order of the document;
         `steps` and `files`: numbers of elements expanded and of files read; `missing` and `unknown`: files and macros
-        left out. Or `error`: file, line, tag or "", and complaint.
+        left out, `unset`: environment variables whose default was taken. Or `error`: file, line, tag or "", and
+        complaint.
         """
         try:
             elements = list(self._expanded(text))
             counts = {"steps": self._steps, "files": len(self.readable)}
-            left_out = {"missing": self._missing, "unknown": self._unknown}
+            left_out = {"missing": self._missing, "unknown": self._unknown, "unset": list(self._unset)}
             answer = json.dumps({"elements": elements, **counts, **left_out}).encode()
             if len(answer) <= MAX_ANSWER_BYTES:
                 return answer
@@ -190,7 +194,27 @@ class Expansion:
                     return self._permitted(file)
             except (OSError, ValueError):  # a name that no file can have
                 continue
+        return self._in_another_package(said, parts)
+
+    def _in_another_package(self, said: str, parts: list[str]) -> str | None:
+        """Return the file of a path that begins with the name of a ROS package in one of the places."""
+        if not said.startswith("/") or len(parts) < 2 or parts[0] == self._folders[-1].name:
+            return None
+        for place in self._places:
+            try:
+                package = Path(os.path.realpath(place / parts[0]))
+                file = Path(os.path.realpath(package.joinpath(*parts[1:])))
+                is_inside = file.is_relative_to(package) and package.parent == Path(os.path.realpath(place))
+                if is_inside and (package / "package.xml").is_file() and file.is_file():
+                    return self._permitted(file)
+            except (OSError, ValueError):
+                continue
         return None
+
+    def _without_environment(self, name: str, default: str = "") -> str:
+        """Return the default of $(optenv NAME DEFAULT)."""
+        self._unset[name] = None
+        return default
 
     def _permitted(self, file: Path) -> str:
         self.readable.add(str(file))
@@ -239,11 +263,11 @@ def guard(readable: set[str]) -> None:
     sys.addaudithook(check)
 
 
-def main(file: str, *folders: str) -> bytes:
+def main(file: str, folder: str, package: str, *places: str) -> bytes:
     """Return the answer for a file whose text is on standard input."""
     text = sys.stdin.buffer.read()
-    os.environ.clear()  # $(optenv NAME DEFAULT) is DEFAULT
-    expansion = Expansion(Path(file), [Path(folder) for folder in folders])
+    os.environ.clear()  # for what asks for it in another way
+    expansion = Expansion(Path(file), [Path(folder), Path(package)], [Path(place) for place in places])
     with (
         open(os.devnull, "w", encoding="utf-8") as nothing,
         contextlib.redirect_stderr(nothing),

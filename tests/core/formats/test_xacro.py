@@ -1,6 +1,7 @@
 """xacro is expanded by ROS's package in a process of its own; what would do harm is refused in one line."""
 
 import math
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -370,6 +371,44 @@ def test_the_package_of_an_include_that_is_not_there_is_named() -> None:
     include = '<xacro:include filename="$(find velodyne_description)/urdf/VLP-16.urdf.xacro"/>'
     read = read_files({"rig.xacro": f"{HEAD}{LIDAR}{include}</robot>"})
     assert has(read.report, "ignored", "package velodyne_description")
+
+
+def test_a_package_of_the_same_workspace_is_found(tmp_path: Path) -> None:
+    """As `src/robot/robot_description` and `src/sensors/lidar_description`; a name alone is not a package."""
+    include = '<xacro:include filename="$(find lidar_description)/urdf/lidar.xacro"/>'
+    place = write_files(tmp_path / "src" / "robot" / "car_description", {"package.xml": "<package/>"})
+    rig = write_files(place / "urdf", {"car.xacro": f"{HEAD}{include}</robot>"}) / "car.xacro"
+    part = f"<robot>{LIDAR}</robot>"
+    for beside in ("src/robot", "src", "src/sensors"):
+        package = tmp_path / beside / "lidar_description"
+        write_files(package / "urdf", {"lidar.xacro": part})
+        with pytest.raises(InputError, match="package lidar_description"):
+            read_rig(rig)
+        write_files(package, {"package.xml": "<package/>"})
+        assert [sensor.name for sensor in read_rig(rig).rig.sensors] == ["lidar"]
+        shutil.rmtree(package)
+    for name, target in (
+        ("lidar_description", tmp_path / "other"),
+        ("lidar_description/urdf", tmp_path / "other" / "urdf"),
+    ):
+        write_files(tmp_path / "other", {"package.xml": "<package/>"})
+        write_files(tmp_path / "other" / "urdf", {"lidar.xacro": part})
+        link = tmp_path / "src" / "sensors" / name
+        link.parent.mkdir(parents=True, exist_ok=True)
+        (link.parent / "package.xml").write_text("<package/>", encoding="utf-8")
+        link.symlink_to(target)
+        with pytest.raises(InputError, match="package lidar_description"):
+            read_rig(rig)
+        link.unlink()
+
+
+def test_variables_of_the_environment_are_named() -> None:
+    """jackal_description and husky_description switch each sensor on by one."""
+    inside = '<xacro:if value="$(optenv JACKAL_LASER 0)"><link name="front_laser"/></xacro:if>'
+    read = read_files({"rig.xacro": f"{HEAD}{LIDAR}{inside}</robot>"})
+    assert has(read.report, "ignored", "environment variables", "JACKAL_LASER")
+    with pytest.raises(InputError, match=r"environment variables are not read.*JACKAL_LASER"):
+        read_files({"rig.xacro": f"{HEAD}{inside}</robot>"})
 
 
 @pytest.mark.parametrize(
