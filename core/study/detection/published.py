@@ -31,6 +31,8 @@ _AS_RUN: dict[str, dict[str, object]] = {
     },
 }
 """The library's fields of these models when the studies ran: the rigs stay those that were measured."""
+LATER = frozenset({"ouster-os0-64"})
+"""Models that the library had not when rigs were drawn from it."""
 
 PROTOCOL = Protocol(
     seeds=5, epochs=4, train_frames=200, test_frames=500, simulation=SimulationSettings(clutter=120)
@@ -83,7 +85,8 @@ def _steps() -> list[Rig]:
 def _library_draw(rng: np.random.Generator) -> list[str]:
     """Draw turning LiDARs of the bundled library that cast beams, without those that are rigs already."""
     names = []
-    entries = [entry for entry in default_library().entries("lidar") if entry.maker != "Data sets"]
+    known = (entry for entry in default_library().entries("lidar") if entry.name not in LATER)
+    entries = [entry for entry in known if entry.maker != "Data sets"]
     for entry in entries:
         sensor = entry.sensor("LIDAR", Pose())
         assert isinstance(sensor, Lidar)

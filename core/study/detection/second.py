@@ -16,6 +16,7 @@ from riglens.core.rig.model import Lidar, Rig
 from riglens.core.rig.presets import preset
 from riglens.core.simulate.settings import SimulationSettings
 from riglens.core.study.detection.protocol import Protocol, entrants
+from riglens.core.study.detection.published import LATER
 
 SEED = 20261123
 """Of all draws of rigs."""
@@ -128,6 +129,7 @@ def _draw(budget: int, count: int, rng: np.random.Generator) -> list[tuple[tuple
             not turns
             or sensor.elevations().min() > _LOOKS_DOWN_DEG
             or entry.maker in ("Data sets", "Generic")
+            or entry.name in LATER
         ):
             continue
         numbers = [n for n in MOUNTS if abs(n * sensor.ray_count / budget - 1.0) <= APART]
