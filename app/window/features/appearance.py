@@ -18,8 +18,8 @@ from riglens.widgets.panels.controls.style import apply_style, is_dark, shows_da
 from riglens.widgets.panels.fields.quantity import DEGREES, METRES, MILLIMETRES, RADIANS
 from riglens.widgets.theme import palette
 
-LEFT_PX, RIGHT_PX, BOTTOM_PX = 312, 336, 216
-LEFT_SHARE, RIGHT_SHARE, BELOW_SHARE = 0.27, 1 / 3, 0.25
+LEFT_PX, RIGHT_PX, BOTTOM_PX = 312, 336, 232
+LEFT_SHARE, RIGHT_SHARE, BELOW_SHARE = 0.27, 1 / 3, 0.27
 """Largest shares of a small window for the panels on the left, on the right and below the view at first. The names of
 tabs and the form of a sensor need as much on the right."""
 COMPACT_PX = 800
