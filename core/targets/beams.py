@@ -20,22 +20,21 @@ from riglens.core.sensors.registry import kind_of
 from riglens.core.sensors.sectors import Sectored
 from riglens.core.sensors.sectors import directions as even_directions
 from riglens.core.targets.detection_range import SIZES_M
+from riglens.core.targets.ray_tiles import NO_TILES, tiles_of
 from riglens.core.vehicle.solid import Barrier
 
 Doubles = NDArray[np.float64]
 Ids = NDArray[np.int64]
 Words = NDArray[np.uint64]
-_BLOCK_RAYS, _TILE_RAYS, _TILE_ROWS = 16, 96, 32
-"""Rays of a run along a row; rays of a row and rows in a tile of such runs."""
+_IMAGE_COLUMNS, _PATTERN_COLUMNS = 64, 16
+"""Rays of a row in a tile of an image, and of what turns: rays of scan patterns run in narrow bends."""
 _CLOSEST_M = 1e-3
 """Objects that come nearer to a camera than this and are partly behind it may be cut."""
 _WIDEST_DEG = 89.0
 """Azimuths, to either side, up to which sectors are seen on an image plane: tangents grow without bound."""
 _WIDER = 1.0 + 1e-9
 _NOWHERE = {"position": (0.0, 0.0, 0.0), "rpy_deg": (0.0, 0.0, 0.0)}
-_NOTHING, _NO_BLOCKS, _NO_WORDS = np.zeros(0), np.zeros((0, 9)), np.zeros((0, 0), np.uint64)
-_NEVER = np.array([[1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]])
-"""Blocks of a sensor without any ray: a cone around none."""
+_NOTHING, _NO_WORDS = np.zeros(0), np.zeros((0, 0), np.uint64)
 OPAQUE = np.array([0.0, 1.0])
 """Glass that stops all rays of LiDARs, and from which none returns."""
 NOT_STOPPED = _NOTHING
@@ -161,7 +160,7 @@ def _camera(camera: Camera) -> Beams:
 @_made.register
 def _lidar(lidar: Lidar) -> Beams:
     if lidar.rays is not None or lidar.blocked:
-        return _listed(lidar)._replace(turns=True)
+        return _listed(lidar, turns=True)
     azimuth_at, elevation = np.radians(lidar.azimuths()) % TURN, np.radians(lidar.elevations())
     row_of, column_of = np.argsort(elevation, kind="stable"), np.argsort(azimuth_at, kind="stable")
     beams = _beams(lidar, np.tan(elevation[row_of]), row_of, azimuth_at[column_of], column_of)
@@ -212,14 +211,14 @@ def _sector(sensor: Sectored, number: int) -> Beams | None:
         steps=np.array([1, columns]),
         squeeze=1.0 / np.sqrt(1.0 + beams.row_at**2),
         reach=np.array([sensor.range_m[0], far_m]),
-        blocks=_blocks(directions, rows),
+        tiles=tiles_of(directions, rows, _IMAGE_COLUMNS),
         field=_field(directions),
         limits=limits[:, :1],
     )
 
 
-def _listed(sensor: Sensor) -> Beams:
-    """Return any rays, searched in short runs along their rows."""
+def _listed(sensor: Sensor, turns: bool = False) -> Beams:
+    """Return any rays, searched tile by tile."""
     columns, rows = sensor.resolution
     beams = _beams(sensor, np.zeros(0), np.arange(rows), np.zeros(0), np.arange(columns))
     table = lattice(sensor)
@@ -227,8 +226,8 @@ def _listed(sensor: Sensor) -> Beams:
     if table.exists is not None:
         directions = np.full((sensor.ray_count, 3), np.nan)
         directions[table.exists] = known
-    blocks = _blocks(directions, columns) if len(known) else _NEVER
-    return _with_listed(beams, directions)._replace(blocks=blocks, field=_field(known))
+    tiles = tiles_of(directions, columns, _PATTERN_COLUMNS if turns else _IMAGE_COLUMNS)
+    return _with_listed(beams, directions)._replace(turns=turns, tiles=tiles, field=_field(known))
 
 
 def _field(directions: Doubles) -> Doubles:
@@ -251,7 +250,7 @@ def _beams(sensor: Sensor, row_at: Doubles, row_of: Ids, column_at: Doubles, col
         False, column_of.size, 0, none, none, none, np.ones((0, 2)), np.zeros(3), np.eye(3),
         np.array(sensor.range_m, np.float64), row_at, row_of, column_at, column_of,
         np.array([column_of.size, 1]),
-        none, none, none, none, OPAQUE, _NO_BLOCKS, np.array([-1.0, 0.0]), 0.0, _NO_WORDS, 0.0, class_limits_m(sensor),
+        none, none, none, none, OPAQUE, NO_TILES, np.array([-1.0, 0.0]), 0.0, _NO_WORDS, 0.0, class_limits_m(sensor),
     )  # fmt: skip
 
 
@@ -260,53 +259,3 @@ def class_limits_m(sensor: Sensor) -> Doubles:
     echoes = (Echo(cls, min(SIZES_M[cls][:2])) for cls in CLASSES)
     found = [kind_of(sensor).limits_m(sensor, echo) for echo in echoes]
     return np.zeros((0, 0)) if found[0] is None else np.array(found, np.float64)
-
-
-def _blocks(directions: Doubles, columns: int) -> Doubles:
-    """Return cones around short runs of rays along the rows of a listed lattice, those of each tile of the lattice
-    behind a cone around all of it, (b, 9) as in `kernels.objects.box_frames.Beams`; those without any ray are left
-    out."""
-    strip = _TILE_ROWS * columns
-    parts = [
-        _cones_of_strip(directions[at : at + strip], at, columns) for at in range(0, len(directions), strip)
-    ]
-    blocks = np.concatenate(parts)
-    after = np.append(
-        np.flatnonzero(blocks[:, 6] == 0.0), len(blocks)
-    )  # a tile that is missed is left altogether
-    blocks[:, 7] = np.arange(len(blocks)) + 1
-    blocks[after[:-1], 7] = after[1:]
-    return blocks
-
-
-def _cones_of_strip(directions: Doubles, first: int, columns: int) -> Doubles:
-    """Return rows of `_blocks`, without the place to go on with, for a strip of tiles whose first slot is `first`."""
-    rows, tiles = len(directions) // columns, -(-columns // _TILE_RAYS)
-    wide = np.full((rows, tiles * _TILE_RAYS, 3), np.nan)
-    wide[:, :columns] = directions.reshape(rows, columns, 3)
-    rays = wide.reshape(rows, tiles, -1, _BLOCK_RAYS, 3).transpose(1, 0, 2, 3, 4)
-    column = np.arange(0, tiles * _TILE_RAYS, _BLOCK_RAYS).reshape(tiles, 1, -1)
-    slot = first + np.arange(rows)[:, None] * columns + column
-    number = np.broadcast_to(np.clip(columns - column, 0, _BLOCK_RAYS), slot.shape)
-    runs = _cones(rays.reshape(-1, _BLOCK_RAYS, 3)).reshape(tiles, -1, 5)
-    whole = _cones(rays.reshape(tiles, -1, 3))[:, None]
-    found = np.zeros((tiles, 1 + runs.shape[1], 9))
-    found[:, :1, :5], found[:, 1:, :5] = whole, runs
-    found[:, 1:, 5], found[:, 1:, 6] = slot.reshape(tiles, -1), number.reshape(tiles, -1)
-    found[:, 1:, 8] = (~np.isnan(rays[..., 0])).sum(axis=-1).reshape(tiles, -1) == found[:, 1:, 6]
-    return found[~np.isnan(found[..., 0])]
-
-
-def _cones(directions: Doubles) -> Doubles:
-    """Return axis, cosine and sine of the half angle of cones around unit directions (n, k, 3), (n, 5); NaN without
-    any."""
-    exists = ~np.isnan(directions[..., :1])
-    axis = np.where(exists, directions, 0.0).sum(axis=1) / np.maximum(exists.sum(axis=1), 1)
-    length = np.linalg.norm(axis, axis=1, keepdims=True)
-    axis /= np.maximum(length, 1e-12)
-    along = np.where(exists[..., 0], (directions * axis[:, None]).sum(axis=2), 1.0)
-    cos = np.clip(along.min(axis=1) - 1e-12, -1.0, 1.0)
-    cones = np.column_stack([axis, cos, np.sqrt(1.0 - cos * cos)])
-    cones[length[:, 0] < 1e-6] = [1.0, 0.0, 0.0, -1.0, 0.0]
-    cones[~np.logical_or.reduce(exists[..., 0], axis=1)] = np.nan
-    return cones

@@ -15,6 +15,9 @@ from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined
 _TINY = 1e-300
 """Stand-in for a distance of zero between the sensor and the plane of a face, a divisor."""
 
+_MOST_SIDES = 32
+"""Three faces to enter by against five to leave by, and ends of the range."""
+
 
 class FrameBoxes(NamedTuple):
     """Boxes of all frames, in the vehicle frame: those of frame f are starts[f]..starts[f + 1] (frames + 1,);
@@ -55,10 +58,8 @@ class Beams(NamedTuple):
     that line. ends (rays,) or (0,): where the car's own body stops a ray by its number, metres. law (0,) or (4,):
     range in metres at which half of the rays return from a face that looks at the sensor, for the three classes, and
     the relative width of the logistic; none: all rays return. glass (2,): a ray of a LiDAR passes through glass where
-    its draw is below the first, and returns from it where that is not below the second. blocks (b, 9): cones around
-    runs of slots of a lattice that has no straight rows (axis, cosine and sine of the half angle, first slot, number,
-    place of the block to go on with where the cone is missed, 1 where the lens has all of them), and before those of
-    each tile of the lattice a cone around all of them, with the number 0; none for the others. field: cosine and sine
+    its draw is below the first, and returns from it where that is not below the second. tiles (t, FIELDS):
+    of a lattice that has no straight rows, as in `ray_tiles`; none for the others. field: cosine and sine
     of the half angle of a cone around x that holds all rays. least: what comes nearer to the plane x = 0 of a camera
     than this, in metres, is in no image. stops (2, rows * words) uint64 or (0, 0): bits for the slots whose rays the
     car's own body stops somewhere, every row in words of its own, and for those of them that it stops before anything
@@ -86,7 +87,7 @@ class Beams(NamedTuple):
     ends: np.ndarray
     law: np.ndarray
     glass: np.ndarray
-    blocks: np.ndarray
+    tiles: np.ndarray
     field: np.ndarray
     least: float
     stops: np.ndarray
@@ -94,10 +95,23 @@ class Beams(NamedTuple):
     limits: np.ndarray
 
 
+class Sides(NamedTuple):
+    """Room for the sides of a part as a sensor sees it: plane (k, 4): a ray d of the sensor's own axes, a unit vector
+    where the last number is not 0, is inside where plane[:3] d + plane[3] > 0; of those that cut a tile of rays, cut
+    (k, 5): the number at its middle, its steps by row and by column, 1 / the latter, and the room around 0 in which it
+    decides nothing. span (4,), of a row of the tile: first and end column that may enter the part, and that surely
+    do."""
+
+    plane: np.ndarray
+    cut: np.ndarray
+    span: np.ndarray
+
+
 class Faces(NamedTuple):
     """Part of a box as the rays of a sensor hit it; is_clear: whether some rays pass through it, drawn by the key of
     returns. With a = turn d, d a direction in the sensor frame: a ray enters at 1 / t = least of 1 / near and a[k]
-    enter[k] + rest[k], and leaves at the greatest of 1 / far, a[k] leave[k], a[k] other[k]."""
+    enter[k] + rest[k], and leaves at the greatest of 1 / far, a[k] leave[k], a[k] other[k]; sides for a lattice in
+    tiles."""
 
     box: int
     part: int
@@ -108,6 +122,7 @@ class Faces(NamedTuple):
     rest: np.ndarray
     leave: np.ndarray
     other: np.ndarray
+    sides: Sides
 
 
 class Canvas(NamedTuple):
@@ -127,8 +142,9 @@ class Canvas(NamedTuple):
 @kernel
 def new_faces() -> Faces:
     """Return room for a box."""
+    sides = Sides(np.empty((_MOST_SIDES, 4)), np.empty((_MOST_SIDES, 5)), np.zeros(4, np.int64))
     return Faces(
-        0, 0, False, np.uint64(0), np.empty((3, 3)), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+        0, 0, False, np.uint64(0), np.empty((3, 3)), np.empty(3), np.empty(3), np.empty(3), np.empty(3), sides
     )
 
 

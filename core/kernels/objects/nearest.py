@@ -30,6 +30,16 @@ from riglens.core.kernels.objects.box_frames import (
     start_of,
     turned,
 )
+from riglens.core.kernels.objects.ray_tiles import (
+    AFTER,
+    COLUMN,
+    IS_LEAF,
+    ROW,
+    ROWS,
+    cuts_of,
+    set_sides,
+    span_of,
+)
 from riglens.core.kernels.objects.windows import (
     TURN,
     Window,
@@ -156,40 +166,24 @@ def _rows_of_part(faces: Faces, start: Direction, half: Direction, window: Windo
 
 
 @lean
-def _meet_blocks(
-    beams: Beams, faces: Faces, start: Direction, centre: np.ndarray, half: Direction, canvas: Canvas
-) -> int:
-    """As `_meet_rows` for a lattice without straight rows and columns: block by block of its directions."""
-    entered, block = 0, 0
-    far, sine, cosine = cone_of(centre, half)
-    while block < beams.blocks.shape[0]:
-        cone = beams.blocks[block]
-        block += 1
-        if is_apart(cone[0], cone[1], cone[2], cone[3], cone[4], centre, far, sine, cosine):
-            block = int(cone[7])
-        elif cone[6] > 0.0 and _may_enter(faces.turn, start, half, cone, far):
-            slot = int(cone[5])
-            row, column = slot // beams.columns, slot % beams.columns
-            entered += _meet_run(beams, faces, row, column, int(cone[6]), canvas)
+def _meet_tiles(beams: Beams, faces: Faces, canvas: Canvas) -> int:
+    """As `_meet_rows` for a lattice without straight rows and columns."""
+    entered, count, number, sides = 0, set_sides(beams, faces), 0, faces.sides
+    span = sides.span
+    while number < beams.tiles.shape[0]:
+        tile = beams.tiles[number]
+        cuts = cuts_of(tile, count, sides)
+        number += 1
+        if cuts < 0:
+            number = int(tile[AFTER])
+        elif tile[IS_LEAF] > 0.0:
+            row, column = int(tile[ROW]), int(tile[COLUMN])
+            for place in range(int(tile[ROWS])):
+                span_of(tile, place, cuts, sides)
+                entered += _meet_run(
+                    beams, faces, row + place, column + span[0], span[1] - span[0], canvas
+                )
     return entered
-
-
-@lean_inlined
-def _may_enter(turn: np.ndarray, start: Direction, half: Direction, cone: np.ndarray, far: float) -> bool:
-    """Return whether rays of a cone may enter a box whose centre is at a distance: whether the axis of the cone runs
-    through the box with as much room around it as rays at the edge of the cone are from the axis there."""
-    radius = np.sqrt(half[0] * half[0] + half[1] * half[1] + half[2] * half[2])
-    room = (far + radius) * np.sqrt(2.0 * (1.0 - cone[3])) * (1.0 + 1e-9) + 1e-9
-    along, enter, leave = turned(turn, (cone[0], cone[1], cone[2])), 0.0, np.inf
-    for axis in range(3):
-        wide, at, step = half[axis] + room, start[axis], along[axis]
-        if abs(step) < 1e-12:
-            if abs(at) > wide + 1e-9 * (far + radius):
-                return False
-            continue
-        low, high = (-wide - at) / step, (wide - at) / step
-        enter, leave = max(enter, min(low, high)), min(leave, max(low, high))
-    return bool(enter <= leave)
 
 
 @lean_inlined
@@ -243,7 +237,7 @@ def _window_of(
 def _faces_of(traffic: FrameBoxes, beams: Beams, box: int, part: int, key: np.uint64, faces: Faces) -> Faces:
     """Return the faces of a part of a box."""
     is_clear = beams.glass[0] > 0.0 and is_glass(traffic, part)
-    return Faces(box, part, is_clear, key, faces.turn, faces.enter, faces.rest, faces.leave, faces.other)
+    return Faces(box, part, is_clear, key, faces.turn, faces.enter, faces.rest, faces.leave, faces.other, faces.sides)
 
 
 @lean
@@ -274,14 +268,12 @@ def meet_box(
     if is_apart(1.0, 0.0, 0.0, beams.field[0], beams.field[1], centre, far, sine, cosine):
         return 0
     parts = range(*parts_of(traffic, box))
-    if beams.blocks.shape[0] > 0:
+    if beams.tiles.shape[0] > 0:
         for part in parts:
             middle, part_half = bounds_of(traffic, part)
-            place = (start[0] - middle[0], start[1] - middle[1], start[2] - middle[2])
-            set_centre(place, faces.turn, centre)
-            set_faces(place, part_half, faces)
+            set_faces((start[0] - middle[0], start[1] - middle[1], start[2] - middle[2]), part_half, faces)
             own = _faces_of(traffic, beams, box, part, key, faces)
-            entered += _meet_blocks(beams, own, place, centre, part_half, canvas)
+            entered += _meet_tiles(beams, own, canvas)
         return entered
     window = _window_of(beams, start, half, faces.turn, centre, corners)
     if window.width < 0.0:

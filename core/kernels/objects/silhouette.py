@@ -3,7 +3,7 @@
 The rows of a pinhole camera are, and the azimuths of a sector are upright lines. The image of a box is convex, so the
 rays of a row that enter it lie between two places where the row crosses edges of the box. Rays nearer to such a place
 than any rounding are tried one by one, with the numbers of `nearest`, and so are all of them where a range ends within
-the box. Rays of a bent lens are taken in short runs, which enter a part, miss it or are tried.
+the box. Rays of a bent lens are taken tile by tile (`ray_tiles`).
 """
 
 from __future__ import annotations
@@ -25,7 +25,19 @@ from riglens.core.kernels.objects.box_frames import (
     set_turn,
     start_of,
 )
-from riglens.core.kernels.objects.nearest import cone_of, find_entries, is_apart
+from riglens.core.kernels.objects.nearest import find_entries
+from riglens.core.kernels.objects.ray_tiles import (
+    AFTER,
+    COLUMN,
+    COLUMNS,
+    IS_FULL,
+    IS_LEAF,
+    ROW,
+    ROWS,
+    cuts_of,
+    set_sides,
+    span_of,
+)
 from riglens.core.kernels.objects.windows import corners_of, place_at
 from riglens.core.kernels.rays.lattice import Direction
 from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined
@@ -93,7 +105,7 @@ def draw_box(traffic: FrameBoxes, beams: Beams, box: int, rotation: np.ndarray, 
     """Set the bits of the rays that enter a box, and where they are TESTED also of those that do
     within the range of its class; return NOT_DRAWN where the outline cannot decide."""
     if beams.row_at.size == 0:
-        return draw_by_blocks(traffic, beams, box, rotation, to) if beams.limits.size == 0 else NOT_DRAWN
+        return draw_by_tiles(traffic, beams, box, rotation, to) if beams.limits.size == 0 else NOT_DRAWN
     start, half, turn = start_of(traffic, beams, box), half_of(traffic, box), to.faces.turn
     set_turn(traffic, rotation, box, turn)
     found = _way_of(traffic, beams, box, start)
@@ -119,60 +131,52 @@ def draw_box(traffic: FrameBoxes, beams: Beams, box: int, rotation: np.ndarray, 
 
 
 @lean
-def draw_by_blocks(traffic: FrameBoxes, beams: Beams, box: int, rotation: np.ndarray, to: Outline) -> int:
-    """As `draw_box`, for rays in any directions: a run of them enters a part, misses it or is tried."""
+def draw_by_tiles(traffic: FrameBoxes, beams: Beams, box: int, rotation: np.ndarray, to: Outline) -> int:
+    """As `draw_box`, for rays in any directions: those of a tile enter a part, miss it, or are cut row by row."""
     start, bounds, words = start_of(traffic, beams, box), to.bounds, words_of(beams.columns)
     set_turn(traffic, rotation, box, to.faces.turn)
-    if bounds[0] < bounds[1]:  # of the box before
-        to.mask[0, bounds[0] * words : bounds[1] * words] = 0
-    bounds[0], bounds[1], bounds[2], bounds[3] = beams.row_of.size, 0, 0, words
+    for row in range(bounds[0], bounds[1]):  # of the box before
+        to.mask[0, row * words + bounds[2] : row * words + bounds[3]] = 0
+    bounds[0], bounds[1], bounds[2], bounds[3] = beams.row_of.size, 0, words, 0
     for part in range(*parts_of(traffic, box)):
         middle, part_half = bounds_of(traffic, part)
         place = (start[0] - middle[0], start[1] - middle[1], start[2] - middle[2])
-        set_centre(place, to.faces.turn, to.centre)
         set_faces(place, part_half, to.faces)
-        far, sine, cosine = cone_of(to.centre, part_half)
-        block = 0
-        while block < beams.blocks.shape[0]:
-            cone = beams.blocks[block]
-            block += 1
-            if is_apart(cone[0], cone[1], cone[2], cone[3], cone[4], to.centre, far, sine, cosine):
-                block = int(cone[7])
-            elif cone[6] > 0.0:
-                _draw_run(beams, cone, to)
+        sides, number = set_sides(beams, to.faces), 0
+        while number < beams.tiles.shape[0]:
+            tile = beams.tiles[number]
+            cuts = cuts_of(tile, sides, to.faces.sides)
+            number += 1
+            if cuts < 0:
+                number = int(tile[AFTER])
+            elif tile[IS_LEAF] > 0.0:
+                _draw_tile(beams, tile, cuts, to)
     return DRAWN
 
 
 @lean_inlined
-def _draw_run(beams: Beams, cone: np.ndarray, to: Outline) -> None:
-    """Set the bits of a run of rays that enter a part."""
-    does, may = _enters(beams, to.faces, cone)
-    if not may:
+def _draw_tile(beams: Beams, tile: np.ndarray, cuts: int, to: Outline) -> None:
+    """Set the bits of the rays of a tile that enter a part; its columns share a word."""
+    first, column, bounds, span = int(tile[ROW]), int(tile[COLUMN]), to.bounds, to.faces.sides.span
+    end, word, words = first + int(tile[ROWS]), column >> 6, words_of(beams.columns)
+    bounds[0], bounds[1] = min(bounds[0], first), max(bounds[1], end)
+    bounds[2], bounds[3] = min(bounds[2], word), max(bounds[3], word + 1)
+    is_full, low = tile[IS_FULL] > 0.0, column & 63
+    if cuts == 0 and is_full:
+        mask = level_mask(low, low + int(tile[COLUMNS]) - 1)
+        for row in range(first, end):
+            to.mask[0, row * words + word] |= mask
         return
-    slot, number, bounds = int(cone[5]), int(cone[6]), to.bounds
-    row, column = slot // beams.columns, slot % beams.columns
-    bounds[0], bounds[1] = min(bounds[0], row), max(bounds[1], row + 1)
-    if does and cone[8] > 0.0:
-        _set_bits(to.mask[0], row * words_of(beams.columns), column, column + number - 1)
-    else:
-        _try_run(beams, row, column, column + number, False, 0.0, to)
-
-
-@lean_inlined
-def _enters(beams: Beams, faces: Faces, cone: np.ndarray) -> tuple[bool, bool]:
-    """Return whether all rays of a cone certainly enter a part, and whether any may: the numbers of
-    `nearest` are linear in a ray's direction, which is at most a chord away from the axis."""
-    chord = np.sqrt(2.0 * (1.0 - cone[3])) * _WIDER + 1e-9
-    enters = enters_most = 1.0 / beams.reach[0]
-    leaves = leaves_least = 1.0 / beams.reach[1]
-    for axis in range(3):
-        a = faces.turn[axis, 0] * cone[0] + faces.turn[axis, 1] * cone[1] + faces.turn[axis, 2] * cone[2]
-        at, room = a * faces.enter[axis] + faces.rest[axis], chord * abs(faces.enter[axis])
-        enters, enters_most = min(enters, at - room), min(enters_most, at + room)
-        for inverse in (faces.leave[axis], faces.other[axis]):
-            leaves = max(leaves, a * inverse + chord * abs(inverse))
-            leaves_least = max(leaves_least, a * inverse - chord * abs(inverse))
-    return enters > leaves, enters_most > leaves_least
+    for row in range(first, end):
+        span_of(tile, row - first, cuts, to.faces.sides)
+        if is_full and span[2] < span[3]:
+            to.mask[0, row * words + word] |= level_mask(low + span[2], low + span[3] - 1)
+            if span[0] < span[2]:
+                _try_run(beams, row, column + span[0], column + span[2], False, 0.0, to)
+            if span[3] < span[1]:
+                _try_run(beams, row, column + span[3], column + span[1], False, 0.0, to)
+        elif span[0] < span[1]:
+            _try_run(beams, row, column + span[0], column + span[1], False, 0.0, to)
 
 
 @lean_inlined

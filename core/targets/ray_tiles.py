@@ -1,0 +1,131 @@
+"""Cut a lattice of rays without straight rows into tiles whose directions are nearly linear."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from riglens.core.kernels.objects.ray_tiles import (
+    AFTER,
+    AXIS,
+    BEND,
+    BY_COLUMN,
+    BY_ROW,
+    COLUMN,
+    COLUMNS,
+    FIELDS,
+    IS_FULL,
+    IS_LEAF,
+    LONGEST,
+    ROW,
+    ROWS,
+)
+
+Doubles = NDArray[np.float64]
+Ids = NDArray[np.int64]
+_ROWS = 16
+"""Rows of a tile."""
+_GROUPS = (2, 8), (4, 4)
+"""Columns and rows of tiles in a group, and of groups in a group of these."""
+_LEAST_COSINE = 0.5
+"""Rays of a tile that are farther than this from its axis are no multiples of themselves."""
+_WIDER = 1.0 + 1e-9
+NO_TILES = np.zeros((0, FIELDS))
+
+
+def tiles_of(directions: Doubles, columns: int, tile_columns: int) -> Doubles:
+    """Return tiles of at most `tile_columns` columns, a divisor of 64, of unit directions (rays, 3), NaN for missing
+    rays, and before those of each group a tile around all of it, (t, FIELDS) as in `kernels.objects.ray_tiles`; those
+    without any ray are left out."""
+    strip = _ROWS * columns
+    leaves = np.concatenate(
+        [
+            _tiles_of_strip(directions[at : at + strip].reshape(-1, columns, 3), tile_columns, at // columns)
+            for at in range(0, len(directions), strip)
+        ]
+    )
+    wide, high = tile_columns, _ROWS
+    levels, keys = [leaves], list[Ids]()
+    for across, down in _GROUPS:
+        wide, high = wide * across, high * down
+        number = (leaves[:, ROW] // high) * (columns // wide + 1) + leaves[:, COLUMN] // wide
+        keys.append(number.astype(np.int64))
+    order = np.lexsort(keys)
+    return _nested(leaves[order], [key[order] for key in reversed(keys)])
+
+
+def _nested(leaves: Doubles, keys: list[Ids]) -> Doubles:
+    """Return leaves with a tile around each group before it; keys: of groups, the largest ones first."""
+    if not keys:
+        leaves[:, AFTER] = np.arange(1, len(leaves) + 1)
+        return leaves
+    bounds = np.flatnonzero(np.diff(keys[0], prepend=-1, append=-1))
+    found, filled = list[Doubles](), 0
+    for first, end in zip(bounds[:-1], bounds[1:], strict=True):
+        inner = _nested(leaves[first:end].copy(), [key[first:end] for key in keys[1:]])
+        around = _around(leaves[first:end])
+        inner[:, AFTER] += filled + 1
+        around[AFTER] = filled + 1 + len(inner)
+        found += [around[None], inner]
+        filled += 1 + len(inner)
+    return np.concatenate(found) if found else leaves
+
+
+def _around(leaves: Doubles) -> Doubles:
+    """Return a tile without rays of its own that holds those of leaves (n, FIELDS)."""
+    middle, found = leaves[:, AXIS : AXIS + 3], np.zeros(FIELDS)
+    axis = middle.sum(axis=0)
+    axis /= max(float(np.linalg.norm(axis)), 1e-12)
+    across, up = leaves[:, BY_COLUMN : BY_COLUMN + 3], leaves[:, BY_ROW : BY_ROW + 3]
+    reach = (
+        np.linalg.norm(across, axis=1) * (leaves[:, COLUMNS] - 1.0)
+        + np.linalg.norm(up, axis=1) * (leaves[:, ROWS] - 1.0)
+    ) / 2.0
+    found[AXIS : AXIS + 3] = axis
+    found[BEND] = (np.linalg.norm(middle - axis, axis=1) + reach + leaves[:, BEND]).max() * _WIDER
+    found[LONGEST], found[ROWS], found[COLUMNS] = leaves[:, LONGEST].max(), 1.0, 1.0
+    return found
+
+
+def _tiles_of_strip(directions: Doubles, tile_columns: int, first_row: int) -> Doubles:
+    """Return the tiles of rows (rows, columns, 3) of a lattice."""
+    rows, columns, _ = directions.shape
+    tiles = -(-columns // tile_columns)
+    wide = np.full((rows, tiles * tile_columns, 3), np.nan)
+    wide[:, :columns] = directions
+    rays = wide.reshape(rows, tiles, tile_columns, 3).transpose(1, 0, 2, 3)
+    found = np.zeros((tiles, FIELDS))
+    found[:, ROW], found[:, ROWS], found[:, IS_LEAF] = first_row, rows, 1.0
+    found[:, COLUMN] = np.arange(tiles) * tile_columns
+    found[:, COLUMNS] = np.minimum(columns - found[:, COLUMN], tile_columns)
+    exists = ~np.isnan(rays[..., 0])
+    found[:, IS_FULL] = exists.sum(axis=(1, 2)) == rows * found[:, COLUMNS]
+    some = exists.any(axis=(1, 2))
+    return _fitted(rays[some], found[some])
+
+
+def _fitted(rays: Doubles, tiles: Doubles) -> Doubles:
+    """Return tiles (t, FIELDS) with numbers linear in row and column for their rays (t, rows, columns, 3), by least
+    squares."""
+    exists = ~np.isnan(rays[..., 0])
+    number, rays = exists.sum(axis=(1, 2)), np.where(exists[..., None], rays, 0.0)
+    axis = rays.sum(axis=(1, 2))
+    axis /= np.maximum(np.linalg.norm(axis, axis=1, keepdims=True), 1e-12)
+    along = np.where(exists, np.einsum("trck,tk->trc", rays, axis), 1.0)
+    along[along.min(axis=(1, 2)) < _LEAST_COSINE] = 1.0
+    rays /= along[..., None]
+    row = (np.arange(rays.shape[1]) - (rays.shape[1] - 1.0) / 2.0)[:, None] * np.ones(rays.shape[2])
+    column = (np.arange(rays.shape[2]) - (tiles[:, COLUMNS, None] - 1.0) / 2.0)[:, None, :]
+    middle, residual = rays.sum(axis=(1, 2)) / number[:, None], rays
+    for to, place in ((BY_COLUMN, column), (BY_ROW, row)):
+        mean = (place * exists).sum(axis=(1, 2)) / number
+        aside = (place - mean[:, None, None]) * exists
+        spread = np.maximum((aside**2).sum(axis=(1, 2)), 1e-12)
+        step = np.einsum("trc,trck->tk", aside, rays) / spread[:, None]
+        tiles[:, to : to + 3] = step
+        middle = middle - step * mean[:, None]
+        residual = residual - step[:, None, None] * np.broadcast_to(place, exists.shape)[..., None]
+    residual = np.where(exists[..., None], residual - middle[:, None, None], 0.0)
+    tiles[:, AXIS : AXIS + 3], tiles[:, LONGEST] = middle, (1.0 / along).max(axis=(1, 2)) * _WIDER
+    tiles[:, BEND] = np.sqrt((residual**2).sum(axis=-1).max(axis=(1, 2))) * _WIDER
+    return tiles
