@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.kernels.body.screen import Screen
-from riglens.core.kernels.rays.bins import Bins
 from riglens.core.kernels.rays.cast import Cast
+from riglens.core.kernels.rays.tiles import OWN_RAYS, TiledRays
 from riglens.core.kernels.runtime import codes
 from riglens.core.rig.library import Cylinder, body_of
-from riglens.core.rig.model import Sensor
-from riglens.core.sensing.image_bins import bins_of
+from riglens.core.rig.model import Camera, Sensor
 from riglens.core.sensing.kept import RAYS
+from riglens.core.sensing.ray_tiles import TILE_ROWS, tiled
 from riglens.core.sensing.rays import lattice, rotate
 from riglens.core.sensing.screens import screen_of
 from riglens.core.sensors.base import unplaced
@@ -195,9 +195,8 @@ def barrier_shadow(
     screen = screen_of(sensor)
     if screen is not None:
         return _by_triangle(rays, screen, barrier, empty_box, workers)
-    bins = bins_of(sensor)
-    if bins is not None:
-        return _by_bins(rays, bins, barrier, empty_box, workers)
+    if isinstance(sensor, Camera):
+        return _by_tiles(rays, tiled(sensor), barrier, empty_box, workers)
     return _by_tree(rays, barrier, empty_box, workers)
 
 
@@ -239,16 +238,16 @@ def _unpacked(words: NDArray[np.uint64], columns: int) -> NDArray[np.bool_]:
     return bits.view(np.bool_)
 
 
-def _by_bins(
-    rays: Cast, bins: Bins, barrier: Barrier, empty_box: NDArray[np.float64], workers: int
+def _by_tiles(
+    rays: Cast, lens: TiledRays, barrier: Barrier, empty_box: NDArray[np.float64], workers: int
 ) -> Shadow:
     """Offer each triangle to the rays of a lens that can meet it."""
     from riglens.core.kernels.body import lens_shadow as kernel  # the compiler
 
-    at, still = np.empty(len(rays.rows)), np.diff(bins.first)
+    at, still = np.empty(len(rays.rows)), lens.tiles[:, OWN_RAYS].astype(np.int64)
     has_end, is_over = np.zeros((2, len(rays.rows)), np.bool_)
     find_ends = kernel.find_lens_ends_serial if workers == 1 else kernel.find_lens_ends
-    find_ends(rays, bins, *barrier, empty_box, workers, at, has_end, is_over, still)
+    find_ends(rays, lens, TILE_ROWS, *barrier, empty_box, workers, at, has_end, is_over, still)
     cut = np.flatnonzero(has_end & ~is_over)
     return Shadow(has_end | is_over, cut, at[cut])
 

@@ -20,14 +20,12 @@ from riglens.core.sensors.registry import kind_of
 from riglens.core.sensors.sectors import Sectored
 from riglens.core.sensors.sectors import directions as even_directions
 from riglens.core.targets.detection_range import SIZES_M
-from riglens.core.targets.ray_tiles import NO_TILES, tiles_of
+from riglens.core.sensing.ray_tiles import IMAGE_COLUMNS, NO_TILES, tiled, tiles_of
 from riglens.core.vehicle.solid import Barrier
 
 Doubles = NDArray[np.float64]
 Ids = NDArray[np.int64]
 Words = NDArray[np.uint64]
-_IMAGE_COLUMNS, _PATTERN_COLUMNS = 64, 16
-"""Rays of a row in a tile of an image, and of what turns: rays of scan patterns run in narrow bends."""
 _CLOSEST_M = 1e-3
 """Objects that come nearer to a camera than this and are partly behind it may be cut."""
 _WIDEST_DEG = 89.0
@@ -63,7 +61,7 @@ def beams_by_sector(
 
 
 def _placed(table: Beams, sensor: Sensor, law: Doubles, glass: Doubles, ends_m: Doubles) -> Beams:
-    stops, last_end = _stop_bits(table, ends_m)
+    stops, last_ends = _stop_bits(table, ends_m)
     return table._replace(
         origin=np.array(sensor.position, np.float64),
         rotation=sensor.pose.rotation(),
@@ -71,24 +69,25 @@ def _placed(table: Beams, sensor: Sensor, law: Doubles, glass: Doubles, ends_m: 
         glass=glass,
         ends=ends_m,
         stops=stops,
-        last_end=last_end,
+        last_ends=last_ends,
     )
 
 
-def _stop_bits(table: Beams, ends_m: Doubles) -> tuple[Words, float]:
-    """Return which rays of images are stopped, and where the last of them ends that something may be before, as in
-    `kernels.objects.box_frames.Beams`."""
+def _stop_bits(table: Beams, ends_m: Doubles) -> tuple[Words, Doubles]:
+    """Return which rays of images are stopped, and where the last one of each word ends that something may be before,
+    as in `kernels.objects.box_frames.Beams`."""
     if table.turns or not ends_m.size:
-        return _NO_WORDS, 0.0
-    bits = np.zeros((2, len(table.row_of), (table.columns + 63) // 64 * 64), np.bool_)
-    is_stopped = np.isfinite(ends_m)
-    for some, to in zip((is_stopped, ends_m == 0.0), bits, strict=True):
-        if table.steps[1] == 1:
-            to[:, : table.columns] = some.reshape(-1, table.columns)[table.row_of][:, table.column_of]
-        else:
-            to[:, : table.columns] = some.reshape(-1, table.steps[1])[table.column_of][:, table.row_of].T
+        return _NO_WORDS, _NOTHING
+    rows, columns = len(table.row_of), table.columns
+    if table.steps[1] == 1:
+        ends = ends_m.reshape(-1, columns)[table.row_of][:, table.column_of]
+    else:
+        ends = ends_m.reshape(-1, table.steps[1])[table.column_of][:, table.row_of].T
+    bits = np.zeros((2, rows, (columns + 63) // 64 * 64), np.bool_)
+    bits[0, :, :columns], bits[1, :, :columns] = np.isfinite(ends), ends == 0.0
     words = np.packbits(bits.reshape(2, -1), axis=1, bitorder="little").view(np.uint64)
-    return words, float(ends_m.max(initial=0.0, where=is_stopped))
+    finite = np.where(bits[0, :, :columns], ends, 0.0)
+    return words, np.maximum.reduceat(finite, np.arange(0, columns, 64), axis=1).ravel()
 
 
 def stops_of(
@@ -160,7 +159,7 @@ def _camera(camera: Camera) -> Beams:
 @_made.register
 def _lidar(lidar: Lidar) -> Beams:
     if lidar.rays is not None or lidar.blocked:
-        return _listed(lidar, turns=True)
+        return _listed(lidar)._replace(turns=True)
     azimuth_at, elevation = np.radians(lidar.azimuths()) % TURN, np.radians(lidar.elevations())
     row_of, column_of = np.argsort(elevation, kind="stable"), np.argsort(azimuth_at, kind="stable")
     beams = _beams(lidar, np.tan(elevation[row_of]), row_of, azimuth_at[column_of], column_of)
@@ -211,13 +210,13 @@ def _sector(sensor: Sectored, number: int) -> Beams | None:
         steps=np.array([1, columns]),
         squeeze=1.0 / np.sqrt(1.0 + beams.row_at**2),
         reach=np.array([sensor.range_m[0], far_m]),
-        tiles=tiles_of(directions, rows, _IMAGE_COLUMNS),
+        tiles=tiles_of(directions, rows, IMAGE_COLUMNS),
         field=_field(directions),
         limits=limits[:, :1],
     )
 
 
-def _listed(sensor: Sensor, turns: bool = False) -> Beams:
+def _listed(sensor: Sensor) -> Beams:
     """Return any rays, searched tile by tile."""
     columns, rows = sensor.resolution
     beams = _beams(sensor, np.zeros(0), np.arange(rows), np.zeros(0), np.arange(columns))
@@ -226,8 +225,7 @@ def _listed(sensor: Sensor, turns: bool = False) -> Beams:
     if table.exists is not None:
         directions = np.full((sensor.ray_count, 3), np.nan)
         directions[table.exists] = known
-    tiles = tiles_of(directions, columns, _PATTERN_COLUMNS if turns else _IMAGE_COLUMNS)
-    return _with_listed(beams, directions)._replace(turns=turns, tiles=tiles, field=_field(known))
+    return _with_listed(beams, directions)._replace(tiles=tiled(sensor).tiles, field=_field(known))
 
 
 def _field(directions: Doubles) -> Doubles:
@@ -250,7 +248,7 @@ def _beams(sensor: Sensor, row_at: Doubles, row_of: Ids, column_at: Doubles, col
         False, column_of.size, 0, none, none, none, np.ones((0, 2)), np.zeros(3), np.eye(3),
         np.array(sensor.range_m, np.float64), row_at, row_of, column_at, column_of,
         np.array([column_of.size, 1]),
-        none, none, none, none, OPAQUE, NO_TILES, np.array([-1.0, 0.0]), 0.0, _NO_WORDS, 0.0, class_limits_m(sensor),
+        none, none, none, none, OPAQUE, NO_TILES, np.array([-1.0, 0.0]), 0.0, _NO_WORDS, _NOTHING, class_limits_m(sensor),
     )  # fmt: skip
 
 

@@ -1,9 +1,8 @@
 """Find where the rays of a distorted lens end at a solid, triangle by triangle.
 
-The same as `kernels.body.shadow`, for rays that have no rows and columns but lie in bins of the image plane: the tree
-is traversed front to back, a box is skipped where all rays of the bins that its ball touches are finished, and a
-triangle is tested against the rays of the bins that it touches. Rays that hit something inside the empty box are
-finished.
+The same as `kernels.body.shadow`, for rays that have no straight rows: the tree is traversed front to back, a box is
+skipped where all rays of the tiles that its ball touches are finished, and a triangle is tested against the rays of
+tiles between its edges. Rays that hit something inside the empty box are finished.
 """
 
 from __future__ import annotations
@@ -15,29 +14,42 @@ import numpy as np
 
 from riglens.core.kernels.body.face import (
     DOUBT,
-    WIDEST,
-    Sides,
+    EDGE_ON,
+    View,
     ball_around,
     bounds_of,
     set_normals,
-    sides_of,
-    sides_of_box,
     size_of,
     view_of,
 )
-from riglens.core.kernels.body.screen import in_sensor_axes, slopes_of
-from riglens.core.kernels.body.shadow import Barring, end_at, is_in_whole, near2, verdict_of
-from riglens.core.kernels.body.solid import Tree
-from riglens.core.kernels.rays.bins import Bins, bin_of
+from riglens.core.kernels.body.screen import in_sensor_axes
+from riglens.core.kernels.body.shadow import Barring, end_at, is_in_whole, near2
+from riglens.core.kernels.body.solid import EDGE, Tree
 from riglens.core.kernels.rays.cast import Cast, ray_direction
-from riglens.core.kernels.rays.lattice import rotated
 from riglens.core.kernels.rays.predicates import Vector
+from riglens.core.kernels.rays.tiles import (
+    AFTER,
+    COLUMN,
+    OWN_RAYS,
+    ROW,
+    ROWS,
+    SIDE_BLUR,
+    Sides,
+    TiledRays,
+    cuts_of,
+    new_sides,
+    rows_of,
+    span_of,
+)
 from riglens.core.kernels.runtime.jit import lean, lean_inlined, parallel_kernel, serial
+
+_AROUND = 0.999
+"""Sine of the half angle of a cone around a ball beyond which it may be anywhere."""
 
 
 class LensEnds(NamedTuple):
     """State of the rays: at (rays,) metres, the first hit outside of the empty box; has_end, is_over (rays,): rays with
-    a hit, and finished rays; still (bins,): unfinished rays of each bin."""
+    a hit, and finished rays; still (tiles,): unfinished rays of each tile."""
 
     at: np.ndarray
     has_end: np.ndarray
@@ -45,50 +57,59 @@ class LensEnds(NamedTuple):
     still: np.ndarray
 
 
-class Patch(NamedTuple):
-    """First and last bin along both axes."""
-
-    from_i: int
-    to_i: int
-    from_j: int
-    to_j: int
+@lean_inlined
+def _set_edges(view: View, normals: np.ndarray, sides: Sides, distance: float, radius: float) -> bool:
+    """Write the edges of a triangle in a ball at a distance as sides; return whether they are known: not where it is
+    seen edge on."""
+    largest, corner = set_normals(view, normals), view.corner
+    over = normals[2, 0] * corner[0] + normals[2, 1] * corner[1] + normals[2, 2] * corner[2]
+    if not abs(over) > EDGE_ON * largest * (distance + radius):
+        return False
+    sign = 1.0 if over > 0.0 else -1.0
+    room = 3.0 * EDGE * size_of((normals[2, 0], normals[2, 1], normals[2, 2])) + 3.0 * DOUBT * largest
+    for edge in range(3):
+        plane = sides.plane[edge]
+        for axis in range(3):
+            plane[axis] = sign * normals[edge, axis]
+            if edge == 2:
+                plane[axis] -= sign * (normals[0, axis] + normals[1, axis])
+        size = max(size_of((plane[0], plane[1], plane[2])), room)
+        for axis in range(3):
+            plane[axis] /= size
+        plane[3], plane[4] = 0.0, SIDE_BLUR + room / size
+    return True
 
 
 @lean_inlined
-def _sides_of_box(rays: Cast, b: np.ndarray) -> Sides:
-    """Return the bounds (1, y, z) of a box of low and high corner (6,)."""
-    middle, radius = ball_around((b[0], b[1], b[2]), (b[3], b[4], b[5]))
-    place = in_sensor_axes(rays, middle)
-    if radius >= WIDEST * place[0]:
-        return _sides_of_ball(place, radius)
-    return sides_of_box(rays, b, place, 1.0, 0.0)
+def _set_ball(place: Vector, radius: float, sides: Sides) -> int:
+    """Write planes that touch a ball at a place in the sensor's axes as sides; return how many."""
+    distance = size_of(place)
+    if radius >= _AROUND * distance:
+        return 0
+    x, y, z = place[0] / distance, place[1] / distance, place[2] / distance
+    flat, sine = np.sqrt(x * x + y * y), radius / distance
+    cosine = np.sqrt(1.0 - sine * sine)
+    a, b = (-y / flat, x / flat) if flat > 1e-6 else (1.0, 0.0)
+    for side in range(4):
+        plane, to = sides.plane[side], cosine if side & 1 else -cosine
+        u, v, w = (a, b, 0.0) if side & 2 else (-z * b, z * a, x * b - y * a)
+        plane[0], plane[1], plane[2] = sine * x + to * u, sine * y + to * v, sine * z + to * w
+        plane[3], plane[4] = 0.0, SIDE_BLUR
+    return 4
 
 
 @lean_inlined
-def _patch_between(bins: Bins, bar: Barring, sides: Sides) -> Patch:
-    """Return the bins between some places, of the columns in question."""
-    if sides.left > sides.right:
-        return Patch(0, -1, 0, -1)
-    from_i, to_i = max(bin_of(bins, 0, sides.left), bar.first), min(bin_of(bins, 0, sides.right), bar.end - 1)
-    from_j, to_j = max(bin_of(bins, 1, sides.low), 0), min(bin_of(bins, 1, sides.high), bins.sizes[1] - 1)
-    return Patch(from_i, to_i, from_j, to_j)
-
-
-@lean_inlined
-def _sides_of_ball(place: Vector, radius: float) -> Sides:
-    """Return the bounds (1, y, z) of a ball at a place in the frame of the camera."""
-    left, right = slopes_of(place[0], place[1], radius)
-    low, high = slopes_of(place[0], place[2], radius)
-    return Sides(left, right, low, high) if low <= high else Sides(1.0, 0.0, 1.0, 0.0)
-
-
-@lean_inlined
-def _has_open(bins: Bins, patch: Patch, still: np.ndarray) -> bool:
-    """Return whether some ray in some bins is not finished."""
-    for i in range(patch.from_i, patch.to_i + 1):
-        for j in range(patch.from_j, patch.to_j + 1):
-            if still[i * bins.sizes[1] + j] > 0:
-                return True
+def _may_be_open(lens: TiledRays, place: Vector, radius: float, bar: Barring, sides: Sides, still: np.ndarray) -> bool:
+    """Return whether some ray that may pass a ball is not finished, of the rows in question."""
+    count, number = _set_ball(place, radius, sides), 0
+    while number < lens.tiles.shape[0]:
+        tile = lens.tiles[number]
+        if tile[ROW] >= bar.end or tile[ROW] + tile[ROWS] <= bar.first or cuts_of(tile, count, sides) < 0:
+            number = int(tile[AFTER])
+            continue
+        if tile[OWN_RAYS] > 0.0 and still[number] > 0:
+            return True
+        number += 1
     return False
 
 
@@ -101,46 +122,66 @@ def _meet_ray(rays: Cast, ray: int, c: np.ndarray, bar: Barring, ends: LensEnds)
     return is_over
 
 
+@lean_inlined
+def _offer_tile(
+    rays: Cast, lens: TiledRays, number: int, cuts: int, c: np.ndarray, bar: Barring, is_in_empty_box: bool,
+    nearest: float, sides: Sides, ends: LensEnds,
+) -> None:  # fmt: skip
+    """Test a triangle, at least `nearest` away, against the rays of a tile that may meet it."""
+    tile, span = lens.tiles[number], sides.span
+    first, column = int(tile[ROW]), int(tile[COLUMN])
+    for row in range(*rows_of(tile, cuts, sides)):
+        span_of(tile, row, cuts, sides)
+        base = (first + row) * lens.columns + column
+        for place in range(span[0], span[1]):
+            ray = base + place if lens.numbers.size == 0 else int(lens.numbers[base + place])
+            if ray < 0 or ends.is_over[ray] or (ends.has_end[ray] and ends.at[ray] <= nearest):
+                continue
+            does = is_in_empty_box and span[2] <= place < span[3]
+            if does or _meet_ray(rays, ray, c, bar, ends):
+                ends.is_over[ray] = True
+                ends.still[number] -= 1
+
+
 @lean
-def _offer(rays: Cast, bins: Bins, c: np.ndarray, bar: Barring, normals: np.ndarray, ends: LensEnds) -> None:
+def _offer(
+    rays: Cast, lens: TiledRays, c: np.ndarray, bar: Barring, normals: np.ndarray, sides: Sides, ends: LensEnds
+) -> None:  # fmt: skip
     """Test a triangle of corners (3, 3) against all rays that can hit it; normals (3, 3): work space."""
     low, high = bounds_of(c)
     middle, radius = ball_around(low, high)
     place = in_sensor_axes(rays, middle)
-    view = view_of(rays, c)
-    sides = sides_of(view, radius, place[0], 1.0, 0.0)
-    if sides.left > sides.right:
-        sides = _sides_of_ball(place, radius)
-    patch, doubt = _patch_between(bins, bar, sides), -1.0
-    is_in_empty_box = is_in_whole(bar, low, high) and size_of(place) - radius > bar.start
-    for i in range(patch.from_i, patch.to_i + 1):
-        for j in range(patch.from_j, patch.to_j + 1):
-            here = i * bins.sizes[1] + j
-            for at in range(bins.first[here], bins.first[here + 1] if ends.still[here] > 0 else 0):
-                ray, y, z = bins.rays[at], bins.places[at, 0], bins.places[at, 1]
-                if not (sides.left <= y <= sides.right and sides.low <= z <= sides.high) or ends.is_over[ray]:
-                    continue
-                if doubt < 0.0:
-                    doubt = DOUBT * set_normals(view, normals)
-                row = rays.rows[ray]
-                verdict = verdict_of(rotated(normals, (row[0], row[1], row[2])), doubt, is_in_empty_box)
-                if verdict > 0 or (verdict == 0 and _meet_ray(rays, ray, c, bar, ends)):
-                    ends.is_over[ray] = True
-                    ends.still[here] -= 1
+    nearest, number, count = size_of(place) - radius, 0, 3
+    is_in_empty_box = is_in_whole(bar, low, high) and nearest > bar.start
+    if not _set_edges(view_of(rays, c), normals, sides, size_of(place), radius):
+        count, is_in_empty_box = _set_ball(place, radius, sides), False
+    while number < lens.tiles.shape[0]:
+        tile = lens.tiles[number]
+        if tile[ROW] >= bar.end or tile[ROW] + tile[ROWS] <= bar.first:
+            number = int(tile[AFTER])
+            continue
+        cuts = cuts_of(tile, count, sides)
+        if cuts < 0:
+            number = int(tile[AFTER])
+            continue
+        if tile[OWN_RAYS] > 0.0 and ends.still[number] > 0:
+            _offer_tile(rays, lens, number, cuts, c, bar, is_in_empty_box, nearest, sides, ends)
+        number += 1
 
 
 @lean
 def _offer_tree(
-    rays: Cast, bins: Bins, bar: Barring, normals: np.ndarray, stack: np.ndarray, ends: LensEnds
-) -> None:
+    rays: Cast, lens: TiledRays, bar: Barring, normals: np.ndarray, stack: np.ndarray, sides: Sides, ends: LensEnds
+) -> None:  # fmt: skip
     """Offer all triangles that stop rays, the nearer boxes first; normals (3, 3), stack (128,): work space."""
     tree = bar.tree
     stack[0], waiting = 0, min(1, tree.skip.size)
     while waiting > 0:
         waiting -= 1
         node = stack[waiting]
-        sides = _sides_of_box(rays, tree.bounds[node])
-        if not _has_open(bins, _patch_between(bins, bar, sides), ends.still):
+        b = tree.bounds[node]
+        middle, radius = ball_around((b[0], b[1], b[2]), (b[3], b[4], b[5]))
+        if not _may_be_open(lens, in_sensor_axes(rays, middle), radius, bar, sides, ends.still):
             continue
         if tree.leaf[node, 1] == 0:
             near, far = node + 1, tree.skip[node + 1]
@@ -151,13 +192,14 @@ def _offer_tree(
             continue
         for triangle in range(tree.leaf[node, 0], tree.leaf[node, 0] + tree.leaf[node, 1]):
             if bar.stops[tree.number[triangle]]:
-                _offer(rays, bins, tree.corners[triangle], bar, normals, ends)
+                _offer(rays, lens, tree.corners[triangle], bar, normals, sides, ends)
 
 
 @parallel_kernel
 def find_lens_ends(
     rays: Cast,
-    bins: Bins,
+    lens: TiledRays,
+    strip_rows: int,
     tree: Tree,
     stops: np.ndarray,
     start: float,
@@ -169,14 +211,14 @@ def find_lens_ends(
     still: np.ndarray,
 ) -> None:
     """Write where listed rays, in metres, first meet a solid beyond `start` (see `LensEnds` and `Barring`); none
-    has an end before, and `still` has all rays of each bin. Workers share strips of bins."""
-    strips = min(bins.sizes[0], 1 if workers == 1 else 4 * workers)
+    has an end before, and `still` has all rays of each tile. Workers take strips of rows, whole tiles, in turn."""
+    rows = int(np.max(lens.tiles[:, ROW] + lens.tiles[:, ROWS])) if lens.tiles.shape[0] > 0 else 0
+    strip_rows = rows if workers == 1 else strip_rows
     for worker in numba.prange(workers):
-        normals, stack = np.empty((3, 3)), np.empty(128, np.int64)
-        for strip in range(worker, strips, workers):
-            first, end = bins.sizes[0] * strip // strips, bins.sizes[0] * (strip + 1) // strips
-            bar = Barring(tree, stops, start, empty_box, first, end)
-            _offer_tree(rays, bins, bar, normals, stack, LensEnds(at, has_end, is_over, still))
+        normals, stack, sides = np.empty((3, 3)), np.empty(128, np.int64), new_sides()
+        for first in range(worker * strip_rows, rows, workers * strip_rows):
+            bar = Barring(tree, stops, start, empty_box, first, first + strip_rows)
+            _offer_tree(rays, lens, bar, normals, stack, sides, LensEnds(at, has_end, is_over, still))
 
 
 find_lens_ends_serial = serial(find_lens_ends)

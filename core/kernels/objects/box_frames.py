@@ -9,14 +9,12 @@ import numpy as np
 
 from riglens.core.kernels.rays.lattice import Direction, rotated_back
 from riglens.core.kernels.rays.phases import mixed, unit
+from riglens.core.kernels.rays.tiles import Sides, new_sides
 from riglens.core.kernels.runtime.codes import MOST_PARTS, PART_BITS
 from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined
 
 _TINY = 1e-300
 """Stand-in for a distance of zero between the sensor and the plane of a face, a divisor."""
-
-_MOST_SIDES = 32
-"""Three faces to enter by against five to leave by, and ends of the range."""
 
 
 class FrameBoxes(NamedTuple):
@@ -59,11 +57,11 @@ class Beams(NamedTuple):
     range in metres at which half of the rays return from a face that looks at the sensor, for the three classes, and
     the relative width of the logistic; none: all rays return. glass (2,): a ray of a LiDAR passes through glass where
     its draw is below the first, and returns from it where that is not below the second. tiles (t, FIELDS):
-    of a lattice that has no straight rows, as in `ray_tiles`; none for the others. field: cosine and sine
+    of a lattice that has no straight rows, as in `kernels.rays.tiles`; none for the others. field: cosine and sine
     of the half angle of a cone around x that holds all rays. least: what comes nearer to the plane x = 0 of a camera
     than this, in metres, is in no image. stops (2, rows * words) uint64 or (0, 0): bits for the slots whose rays the
     car's own body stops somewhere, every row in words of its own, and for those of them that it stops before anything
-    that counts; last_end: where the last of the others ends, metres. limits (3, rows of the sensor), (3, 1) where all
+    that counts; last_ends (rows * words,): where the last of the others of a word ends, metres. limits (3, rows of the sensor), (3, 1) where all
     rows are alike, or (0, 0): from where on rays get nothing back from objects of the three classes, metres.
     """
 
@@ -91,20 +89,8 @@ class Beams(NamedTuple):
     field: np.ndarray
     least: float
     stops: np.ndarray
-    last_end: float
+    last_ends: np.ndarray
     limits: np.ndarray
-
-
-class Sides(NamedTuple):
-    """Room for the sides of a part as a sensor sees it: plane (k, 4): a ray d of the sensor's own axes, a unit vector
-    where the last number is not 0, is inside where plane[:3] d + plane[3] > 0; of those that cut a tile of rays, cut
-    (k, 5): the number at its middle, its steps by row and by column, 1 / the latter, and the room around 0 in which it
-    decides nothing. span (4,), of a row of the tile: first and end column that may enter the part, and that surely
-    do."""
-
-    plane: np.ndarray
-    cut: np.ndarray
-    span: np.ndarray
 
 
 class Faces(NamedTuple):
@@ -142,9 +128,9 @@ class Canvas(NamedTuple):
 @kernel
 def new_faces() -> Faces:
     """Return room for a box."""
-    sides = Sides(np.empty((_MOST_SIDES, 4)), np.empty((_MOST_SIDES, 5)), np.zeros(4, np.int64))
     return Faces(
-        0, 0, False, np.uint64(0), np.empty((3, 3)), np.empty(3), np.empty(3), np.empty(3), np.empty(3), sides
+        0, 0, False, np.uint64(0), np.empty((3, 3)), np.empty(3), np.empty(3), np.empty(3), np.empty(3),
+        new_sides(),
     )
 
 

@@ -141,7 +141,7 @@ def _count(
     nearer; one < 0: of an object that does not count. Of a box alone, the rays have met something then."""
     alone, words, bounds = 0, words_of(beams.columns), outline.bounds
     has_stops, is_sector = beams.stops.size > 0, beams.squeeze.size > 0
-    is_over = has_stops and _is_beyond(traffic, beams, box)
+    nearest = _nearest(traffic, beams, box) if has_stops else 0.0
     for row in range(bounds[0], bounds[1]):
         rays, low, high = 0, beams.columns, -1
         for place in range(bounds[2], bounds[3]):
@@ -162,6 +162,7 @@ def _count(
             if is_one_of_many:
                 free &= ~bits.twice[word]
             if has_stops and free & beams.stops[0, word]:
+                is_over = nearest > beams.last_ends[word]
                 free &= ~beams.stops[0 if is_over else 1, word]
                 if not is_over:
                     free = _passed(traffic, beams, box, row, place, free, outline)
@@ -197,13 +198,13 @@ def note_rays(beams: Beams, row: int, low: int, high: int, rays: int, one: int, 
 
 
 @lean_inlined
-def _is_beyond(traffic: FrameBoxes, beams: Beams, box: int) -> bool:
-    """Return whether a box is farther away than the last place at which the car's own body stops a ray."""
+def _nearest(traffic: FrameBoxes, beams: Beams, box: int) -> float:
+    """Return how far away a box is at least, metres."""
     start, half, near2 = start_of(traffic, beams, box), half_of(traffic, box), 0.0
     for axis in range(3):
         near = max(abs(start[axis]) - half[axis], 0.0)
         near2 += near * near
-    return bool(near2 > (beams.last_end * (1.0 + 1e-9)) ** 2)
+    return float(np.sqrt(near2) * (1.0 - 1e-9))
 
 
 @lean_inlined

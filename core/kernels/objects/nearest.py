@@ -30,16 +30,16 @@ from riglens.core.kernels.objects.box_frames import (
     start_of,
     turned,
 )
-from riglens.core.kernels.objects.ray_tiles import (
+from riglens.core.kernels.rays.tiles import (
     AFTER,
     COLUMN,
-    IS_LEAF,
+    OWN_RAYS,
     ROW,
-    ROWS,
     cuts_of,
-    set_sides,
+    rows_of,
     span_of,
 )
+from riglens.core.kernels.objects.part_sides import set_sides
 from riglens.core.kernels.objects.windows import (
     TURN,
     Window,
@@ -176,9 +176,9 @@ def _meet_tiles(beams: Beams, faces: Faces, canvas: Canvas) -> int:
         number += 1
         if cuts < 0:
             number = int(tile[AFTER])
-        elif tile[IS_LEAF] > 0.0:
+        elif tile[OWN_RAYS] > 0.0:
             row, column = int(tile[ROW]), int(tile[COLUMN])
-            for place in range(int(tile[ROWS])):
+            for place in range(*rows_of(tile, cuts, sides)):
                 span_of(tile, place, cuts, sides)
                 entered += _meet_run(
                     beams, faces, row + place, column + span[0], span[1] - span[0], canvas

@@ -3,7 +3,7 @@
 The rows of a pinhole camera are, and the azimuths of a sector are upright lines. The image of a box is convex, so the
 rays of a row that enter it lie between two places where the row crosses edges of the box. Rays nearer to such a place
 than any rounding are tried one by one, with the numbers of `nearest`, and so are all of them where a range ends within
-the box. Rays of a bent lens are taken tile by tile (`ray_tiles`).
+the box. Rays of a bent lens are taken tile by tile (`kernels.rays.tiles`).
 """
 
 from __future__ import annotations
@@ -26,18 +26,18 @@ from riglens.core.kernels.objects.box_frames import (
     start_of,
 )
 from riglens.core.kernels.objects.nearest import find_entries
-from riglens.core.kernels.objects.ray_tiles import (
+from riglens.core.kernels.rays.tiles import (
     AFTER,
     COLUMN,
     COLUMNS,
     IS_FULL,
-    IS_LEAF,
+    OWN_RAYS,
     ROW,
-    ROWS,
     cuts_of,
-    set_sides,
+    rows_of,
     span_of,
 )
+from riglens.core.kernels.objects.part_sides import set_sides
 from riglens.core.kernels.objects.windows import corners_of, place_at
 from riglens.core.kernels.rays.lattice import Direction
 from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined
@@ -149,7 +149,7 @@ def draw_by_tiles(traffic: FrameBoxes, beams: Beams, box: int, rotation: np.ndar
             number += 1
             if cuts < 0:
                 number = int(tile[AFTER])
-            elif tile[IS_LEAF] > 0.0:
+            elif tile[OWN_RAYS] > 0.0:
                 _draw_tile(beams, tile, cuts, to)
     return DRAWN
 
@@ -157,8 +157,11 @@ def draw_by_tiles(traffic: FrameBoxes, beams: Beams, box: int, rotation: np.ndar
 @lean_inlined
 def _draw_tile(beams: Beams, tile: np.ndarray, cuts: int, to: Outline) -> None:
     """Set the bits of the rays of a tile that enter a part; its columns share a word."""
-    first, column, bounds, span = int(tile[ROW]), int(tile[COLUMN]), to.bounds, to.faces.sides.span
-    end, word, words = first + int(tile[ROWS]), column >> 6, words_of(beams.columns)
+    top, column, bounds, span = int(tile[ROW]), int(tile[COLUMN]), to.bounds, to.faces.sides.span
+    places, word, words = rows_of(tile, cuts, to.faces.sides), column >> 6, words_of(beams.columns)
+    first, end = top + places[0], top + places[1]
+    if first >= end:
+        return
     bounds[0], bounds[1] = min(bounds[0], first), max(bounds[1], end)
     bounds[2], bounds[3] = min(bounds[2], word), max(bounds[3], word + 1)
     is_full, low = tile[IS_FULL] > 0.0, column & 63
@@ -168,7 +171,7 @@ def _draw_tile(beams: Beams, tile: np.ndarray, cuts: int, to: Outline) -> None:
             to.mask[0, row * words + word] |= mask
         return
     for row in range(first, end):
-        span_of(tile, row - first, cuts, to.faces.sides)
+        span_of(tile, row - top, cuts, to.faces.sides)
         if is_full and span[2] < span[3]:
             to.mask[0, row * words + word] |= level_mask(low + span[2], low + span[3] - 1)
             if span[0] < span[2]:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from riglens.core.geometry import Pose
-from riglens.core.kernels.objects.ray_tiles import IS_LEAF
+from riglens.core.kernels.rays.tiles import OWN_RAYS
 from riglens.core.metric.scores import Body
 from riglens.core.rig.library import default_library, sensor_from_model
 from riglens.core.rig.model import BrownConrady, Camera, Rig
@@ -113,7 +113,7 @@ def test_a_bent_lens_of_many_rays_is_met_tile_by_tile():
         name="C", position=(0.3, -0.2, 1.4), rpy_deg=(2.0, 3.0, 30.0), fx=700.0, fy=700.0, cx=790.0, cy=460.0,
         cast=(230, 75), distortion=BrownConrady(k1=-0.1),
     )  # fmt: skip
-    assert np.count_nonzero(beams_of(eye).tiles[:, IS_LEAF]) > 6
+    assert np.count_nonzero(beams_of(eye).tiles[:, OWN_RAYS]) > 6
     assert check(random_traffic(rng, 2, 9), rig_of(eye)).objects.pixels.sum() > 0
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.kernels.objects.ray_tiles import (
+from riglens.core.kernels.rays.tiles import (
     AFTER,
     AXIS,
     BEND,
@@ -15,16 +15,21 @@ from riglens.core.kernels.objects.ray_tiles import (
     COLUMNS,
     FIELDS,
     IS_FULL,
-    IS_LEAF,
+    OWN_RAYS,
     LONGEST,
     ROW,
     ROWS,
+    TiledRays,
 )
+from riglens.core.rig.model import Camera, Sensor
+from riglens.core.sensing.kept import RAYS
+from riglens.core.sensing.rays import lattice
+from riglens.core.sensors.base import unplaced
 
 Doubles = NDArray[np.float64]
 Ids = NDArray[np.int64]
-_ROWS = 16
-"""Rows of a tile."""
+TILE_ROWS, IMAGE_COLUMNS, PATTERN_COLUMNS = 16, 64, 16
+"""Rows of a tile; its columns in an image, and in anything else: rays of scan patterns run in narrow bends."""
 _GROUPS = (2, 8), (4, 4)
 """Columns and rows of tiles in a group, and of groups in a group of these."""
 _LEAST_COSINE = 0.5
@@ -33,18 +38,37 @@ _WIDER = 1.0 + 1e-9
 NO_TILES = np.zeros((0, FIELDS))
 
 
+def tiled(sensor: Sensor) -> TiledRays:
+    """Return the rays of a sensor in tiles."""
+    return _tiled(unplaced(sensor))
+
+
+@RAYS.of
+def _tiled(sensor: Sensor) -> TiledRays:
+    """Return the tiles of a sensor without a place, the same ones throughout a drag."""
+    table, columns = lattice(sensor), sensor.resolution[0]
+    known = directions = table.directions()
+    numbers = np.zeros(0, np.int64)
+    if table.exists is not None:
+        directions = np.full((sensor.ray_count, 3), np.nan)
+        directions[table.exists] = known
+        numbers = np.where(table.exists, np.cumsum(table.exists) - 1, -1)
+    tile_columns = IMAGE_COLUMNS if isinstance(sensor, Camera) else PATTERN_COLUMNS
+    return TiledRays(tiles_of(directions, columns, tile_columns), columns, numbers)
+
+
 def tiles_of(directions: Doubles, columns: int, tile_columns: int) -> Doubles:
     """Return tiles of at most `tile_columns` columns, a divisor of 64, of unit directions (rays, 3), NaN for missing
-    rays, and before those of each group a tile around all of it, (t, FIELDS) as in `kernels.objects.ray_tiles`; those
+    rays, and before those of each group a tile around all of it, (t, FIELDS) as in `kernels.rays.tiles`; those
     without any ray are left out."""
-    strip = _ROWS * columns
+    strip = TILE_ROWS * columns
     leaves = np.concatenate(
         [
             _tiles_of_strip(directions[at : at + strip].reshape(-1, columns, 3), tile_columns, at // columns)
             for at in range(0, len(directions), strip)
         ]
     )
-    wide, high = tile_columns, _ROWS
+    wide, high = tile_columns, TILE_ROWS
     levels, keys = [leaves], list[Ids]()
     for across, down in _GROUPS:
         wide, high = wide * across, high * down
@@ -83,7 +107,10 @@ def _around(leaves: Doubles) -> Doubles:
     ) / 2.0
     found[AXIS : AXIS + 3] = axis
     found[BEND] = (np.linalg.norm(middle - axis, axis=1) + reach + leaves[:, BEND]).max() * _WIDER
-    found[LONGEST], found[ROWS], found[COLUMNS] = leaves[:, LONGEST].max(), 1.0, 1.0
+    found[LONGEST] = leaves[:, LONGEST].max()
+    for first, number in ((ROW, ROWS), (COLUMN, COLUMNS)):
+        found[first] = leaves[:, first].min()
+        found[number] = (leaves[:, first] + leaves[:, number]).max() - found[first]
     return found
 
 
@@ -95,11 +122,12 @@ def _tiles_of_strip(directions: Doubles, tile_columns: int, first_row: int) -> D
     wide[:, :columns] = directions
     rays = wide.reshape(rows, tiles, tile_columns, 3).transpose(1, 0, 2, 3)
     found = np.zeros((tiles, FIELDS))
-    found[:, ROW], found[:, ROWS], found[:, IS_LEAF] = first_row, rows, 1.0
+    found[:, ROW], found[:, ROWS] = first_row, rows
     found[:, COLUMN] = np.arange(tiles) * tile_columns
     found[:, COLUMNS] = np.minimum(columns - found[:, COLUMN], tile_columns)
     exists = ~np.isnan(rays[..., 0])
-    found[:, IS_FULL] = exists.sum(axis=(1, 2)) == rows * found[:, COLUMNS]
+    found[:, OWN_RAYS] = exists.sum(axis=(1, 2))
+    found[:, IS_FULL] = found[:, OWN_RAYS] == rows * found[:, COLUMNS]
     some = exists.any(axis=(1, 2))
     return _fitted(rays[some], found[some])
 
