@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,8 +17,8 @@ from riglens.core.kernels.rays.tiles import (
     COLUMNS,
     FIELDS,
     IS_FULL,
-    OWN_RAYS,
     LONGEST,
+    OWN_RAYS,
     ROW,
     ROWS,
     TiledRays,
@@ -69,7 +71,7 @@ def tiles_of(directions: Doubles, columns: int, tile_columns: int) -> Doubles:
         ]
     )
     wide, high = tile_columns, TILE_ROWS
-    levels, keys = [leaves], list[Ids]()
+    keys = list[Ids]()
     for across, down in _GROUPS:
         wide, high = wide * across, high * down
         number = (leaves[:, ROW] // high) * (columns // wide + 1) + leaves[:, COLUMN] // wide
@@ -85,7 +87,7 @@ def _nested(leaves: Doubles, keys: list[Ids]) -> Doubles:
         return leaves
     bounds = np.flatnonzero(np.diff(keys[0], prepend=-1, append=-1))
     found, filled = list[Doubles](), 0
-    for first, end in zip(bounds[:-1], bounds[1:], strict=True):
+    for first, end in pairwise(bounds.tolist()):
         inner = _nested(leaves[first:end].copy(), [key[first:end] for key in keys[1:]])
         around = _around(leaves[first:end])
         inner[:, AFTER] += filled + 1

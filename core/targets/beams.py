@@ -14,13 +14,13 @@ from riglens.core.rig.model import Camera, Lidar, LinearAngles, Sensor, rays_of
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensing.body_ends import NO_EMPTY_BOX, barrier_shadow
 from riglens.core.sensing.kept import RAYS
+from riglens.core.sensing.ray_tiles import IMAGE_COLUMNS, NO_TILES, tiled, tiles_of
 from riglens.core.sensing.rays import is_listed, lattice, local_directions
 from riglens.core.sensors.kind import Echo
 from riglens.core.sensors.registry import kind_of
 from riglens.core.sensors.sectors import Sectored
 from riglens.core.sensors.sectors import directions as even_directions
 from riglens.core.targets.detection_range import SIZES_M
-from riglens.core.sensing.ray_tiles import IMAGE_COLUMNS, NO_TILES, tiled, tiles_of
 from riglens.core.vehicle.solid import Barrier
 
 Doubles = NDArray[np.float64]
@@ -248,7 +248,8 @@ def _beams(sensor: Sensor, row_at: Doubles, row_of: Ids, column_at: Doubles, col
         False, column_of.size, 0, none, none, none, np.ones((0, 2)), np.zeros(3), np.eye(3),
         np.array(sensor.range_m, np.float64), row_at, row_of, column_at, column_of,
         np.array([column_of.size, 1]),
-        none, none, none, none, OPAQUE, NO_TILES, np.array([-1.0, 0.0]), 0.0, _NO_WORDS, _NOTHING, class_limits_m(sensor),
+        none, none, none, none, OPAQUE, NO_TILES, np.array([-1.0, 0.0]), 0.0, _NO_WORDS, _NOTHING,
+        class_limits_m(sensor),
     )  # fmt: skip
 
 

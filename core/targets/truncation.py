@@ -15,6 +15,10 @@ Ids = NDArray[np.int64]
 _DIRECTIONS = 1 << 18
 """Room for directions, 6 MiB."""
 _NEVER = 2.0
+_NO_EDGES = np.array([1.0, -1.0, 1.0, -1.0])
+"""Slopes between which nothing lies."""
+_WITHIN = 0.98
+"""Share of what the pixels at the border of a picture hold that is certain: between two of these it is no nearer."""
 
 
 def shares_in_picture(camera: Camera, boxes: FrameBoxes, beams: Beams, objects: Ids) -> Doubles:
@@ -24,14 +28,22 @@ def shares_in_picture(camera: Camera, boxes: FrameBoxes, beams: Beams, objects: 
         share = np.empty(len(objects))
         nothing = np.empty((0, 3))
         kernel.silhouettes(
-            boxes, beams, objects, _edges(camera), 0.0, share, np.empty(len(objects), np.int64), nothing
+            boxes,
+            beams,
+            objects,
+            True,
+            _edges(camera),
+            _NEVER,
+            share,
+            np.empty(len(objects), np.int64),
+            nothing,
         )
         return share
     found, directions = list[Doubles](), np.empty((_DIRECTIONS, 3))
-    safe_cos = _NEVER if camera.blocked else _safe_cos(camera)
+    safe_edges, safe_cos = (_NO_EDGES, _NEVER) if camera.blocked else _held(camera)
     while len(objects):
         share, hits = np.empty(len(objects)), np.zeros(len(objects), np.int64)
-        done = kernel.silhouettes(boxes, beams, objects, np.empty(0), safe_cos, share, hits, directions)
+        done = kernel.silhouettes(boxes, beams, objects, False, safe_edges, safe_cos, share, hits, directions)
         crossing = np.flatnonzero(share[:done] == kernel.UNKNOWN)
         if len(crossing):
             numbers = hits[crossing]
@@ -49,17 +61,30 @@ def _edges(camera: Camera) -> Doubles:
     return np.array([(cx_px - width_px) / fx_px, cx_px / fx_px, (cy_px - height_px) / fy_px, cy_px / fy_px])
 
 
-def _safe_cos(camera: Camera) -> float:
-    """Return the cosine of the half angle of a cone around the view that the picture of a lens holds."""
+def _held(camera: Camera) -> tuple[Doubles, float]:
+    """Return what the picture of a lens holds for certain: the least and greatest slopes of a rectangle, as `_edges`,
+    and the cosine of the half angle of a cone around the view."""
     width_px, height_px = camera.image
     u, v = (np.linspace(0.0, size, 64) for size in (width_px, height_px))
-    sides = [np.column_stack([u, np.full(64, end)]) for end in (0.0, height_px)] + [
-        np.column_stack([np.full(64, end), v]) for end in (0.0, width_px)
+    sides = [np.column_stack([np.full(64, end), v]) for end in (width_px, 0.0)] + [
+        np.column_stack([u, np.full(64, end)]) for end in (height_px, 0.0)
     ]
-    ahead = pixel_directions(camera, np.concatenate(sides))[:, 0]
-    if np.isnan(ahead).any():
-        return _NEVER  # the lens ends somewhere inside the picture
-    return float(np.cos(np.arccos(ahead.max()) * 0.98))  # between two of the pixels it is no nearer than that
+    border = np.array([pixel_directions(camera, side) for side in sides])
+    if np.isnan(border).any():
+        return _NO_EDGES, _NEVER  # the lens ends somewhere inside the picture
+    safe_cos = float(np.cos(np.arccos(border[..., 0].max()) * _WITHIN))
+    if border[..., 0].min() <= 0.0:
+        return _NO_EDGES, safe_cos
+    slopes = border[..., 1:] / border[..., :1]
+    right, left, low, high = (
+        slopes[0, :, 0].max(),
+        slopes[1, :, 0].min(),
+        slopes[2, :, 1].max(),
+        slopes[3, :, 1].min(),
+    )
+    if not (right < 0.0 < left and low < 0.0 < high):
+        return _NO_EDGES, safe_cos
+    return np.array([right, left, low, high]) * _WITHIN, safe_cos
 
 
 def _is_shown(camera: Camera, directions: Doubles) -> NDArray[np.bool_]:

@@ -99,7 +99,9 @@ def _set_ball(place: Vector, radius: float, sides: Sides) -> int:
 
 
 @lean_inlined
-def _may_be_open(lens: TiledRays, place: Vector, radius: float, bar: Barring, sides: Sides, still: np.ndarray) -> bool:
+def _may_be_open(
+    lens: TiledRays, place: Vector, radius: float, bar: Barring, sides: Sides, still: np.ndarray
+) -> bool:
     """Return whether some ray that may pass a ball is not finished, of the rows in question."""
     count, number = _set_ball(place, radius, sides), 0
     while number < lens.tiles.shape[0]:

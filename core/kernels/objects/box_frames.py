@@ -61,8 +61,9 @@ class Beams(NamedTuple):
     of the half angle of a cone around x that holds all rays. least: what comes nearer to the plane x = 0 of a camera
     than this, in metres, is in no image. stops (2, rows * words) uint64 or (0, 0): bits for the slots whose rays the
     car's own body stops somewhere, every row in words of its own, and for those of them that it stops before anything
-    that counts; last_ends (rows * words,): where the last of the others of a word ends, metres. limits (3, rows of the sensor), (3, 1) where all
-    rows are alike, or (0, 0): from where on rays get nothing back from objects of the three classes, metres.
+    that counts; last_ends (rows * words,): where the last of the others of a word ends, metres. limits (3, rows of the
+    sensor), (3, 1) where all rows are alike, or (0, 0): from where on rays get nothing back from objects of the three
+    classes, metres.
     """
 
     turns: bool
@@ -129,7 +130,15 @@ class Canvas(NamedTuple):
 def new_faces() -> Faces:
     """Return room for a box."""
     return Faces(
-        0, 0, False, np.uint64(0), np.empty((3, 3)), np.empty(3), np.empty(3), np.empty(3), np.empty(3),
+        0,
+        0,
+        False,
+        np.uint64(0),
+        np.empty((3, 3)),
+        np.empty(3),
+        np.empty(3),
+        np.empty(3),
+        np.empty(3),
         new_sides(),
     )
 

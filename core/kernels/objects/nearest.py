@@ -28,16 +28,6 @@ from riglens.core.kernels.objects.box_frames import (
     set_faces,
     set_turn,
     start_of,
-    turned,
-)
-from riglens.core.kernels.rays.tiles import (
-    AFTER,
-    COLUMN,
-    OWN_RAYS,
-    ROW,
-    cuts_of,
-    rows_of,
-    span_of,
 )
 from riglens.core.kernels.objects.part_sides import set_sides
 from riglens.core.kernels.objects.windows import (
@@ -50,6 +40,15 @@ from riglens.core.kernels.objects.windows import (
     window_of_turn,
 )
 from riglens.core.kernels.rays.lattice import Direction
+from riglens.core.kernels.rays.tiles import (
+    AFTER,
+    COLUMN,
+    OWN_RAYS,
+    ROW,
+    cuts_of,
+    rows_of,
+    span_of,
+)
 from riglens.core.kernels.runtime.jit import lean, lean_inlined
 
 _LARGE = 400.0
@@ -180,9 +179,7 @@ def _meet_tiles(beams: Beams, faces: Faces, canvas: Canvas) -> int:
             row, column = int(tile[ROW]), int(tile[COLUMN])
             for place in range(*rows_of(tile, cuts, sides)):
                 span_of(tile, place, cuts, sides)
-                entered += _meet_run(
-                    beams, faces, row + place, column + span[0], span[1] - span[0], canvas
-                )
+                entered += _meet_run(beams, faces, row + place, column + span[0], span[1] - span[0], canvas)
     return entered
 
 
@@ -237,7 +234,9 @@ def _window_of(
 def _faces_of(traffic: FrameBoxes, beams: Beams, box: int, part: int, key: np.uint64, faces: Faces) -> Faces:
     """Return the faces of a part of a box."""
     is_clear = beams.glass[0] > 0.0 and is_glass(traffic, part)
-    return Faces(box, part, is_clear, key, faces.turn, faces.enter, faces.rest, faces.leave, faces.other, faces.sides)
+    return Faces(
+        box, part, is_clear, key, faces.turn, faces.enter, faces.rest, faces.leave, faces.other, faces.sides
+    )
 
 
 @lean

@@ -26,6 +26,9 @@ from riglens.core.kernels.objects.box_frames import (
     start_of,
 )
 from riglens.core.kernels.objects.nearest import find_entries
+from riglens.core.kernels.objects.part_sides import set_sides
+from riglens.core.kernels.objects.windows import corners_of, place_at
+from riglens.core.kernels.rays.lattice import Direction
 from riglens.core.kernels.rays.tiles import (
     AFTER,
     COLUMN,
@@ -37,9 +40,6 @@ from riglens.core.kernels.rays.tiles import (
     rows_of,
     span_of,
 )
-from riglens.core.kernels.objects.part_sides import set_sides
-from riglens.core.kernels.objects.windows import corners_of, place_at
-from riglens.core.kernels.rays.lattice import Direction
 from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined
 from riglens.core.kernels.voxels.bits import FULL_WORD, level_mask
 

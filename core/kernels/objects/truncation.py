@@ -75,19 +75,17 @@ def _set_axes(centre: np.ndarray, axes: np.ndarray) -> None:
 @lean_inlined
 def _is_whole(corners: np.ndarray, edges: np.ndarray, safe_cos: float) -> bool:
     """Return whether all corners (8, 3) of a box, and so all of it, lie inside the picture for certain."""
+    in_cone = between = True
     for corner in range(8):
         x, y, z = corners[corner, 0], corners[corner, 1], corners[corner, 2]
-        if edges.size == 0:
-            if x < safe_cos * np.sqrt(x * x + y * y + z * z):
-                return False
-        elif not _is_between(x, y, z, edges):
-            return False
-    return True
+        in_cone &= x >= safe_cos * np.sqrt(x * x + y * y + z * z)
+        between &= _is_between(x, y, z, edges)
+    return in_cone or between
 
 
 @lean_inlined
 def _is_between(x: float, y: float, z: float, edges: np.ndarray) -> bool:
-    """Return whether a direction lies in the picture of a pinhole."""
+    """Return whether a direction lies between slopes, as the picture of a pinhole has them at its edges."""
     return bool(x > 0.0 and edges[0] * x <= y <= edges[1] * x and edges[2] * x <= z <= edges[3] * x)
 
 
@@ -116,16 +114,16 @@ def _window_of_parts(
 
 @kernel
 def silhouettes(
-    traffic: FrameBoxes, beams: Beams, boxes: np.ndarray, edges: np.ndarray, safe_cos: float, share: np.ndarray,
-    hits: np.ndarray, directions: np.ndarray,
+    traffic: FrameBoxes, beams: Beams, boxes: np.ndarray, is_pinhole: bool, edges: np.ndarray, safe_cos: float,
+    share: np.ndarray, hits: np.ndarray, directions: np.ndarray,
 ) -> int:  # fmt: skip
     """Write share (k,) of the silhouette of each of boxes (k,) inside a camera's picture.
 
     edges (4,): least and greatest slope to the left, then upwards, of a pinhole's picture, which has straight edges;
-    (0,) for another lens, whose picture holds a cone around x of that cosine. Of objects that may cross its edge, the
-    share is UNKNOWN, hits (k,) takes how many directions of the lattice meet them, and directions (m, 3) these, in the
-    sensor frame, one object after the other. Return how many objects have been done: fewer than k where `directions`
-    is full.
+    of another lens those of a rectangle that its picture holds, as it does a cone around x of that cosine. Of objects
+    that may cross its edge, the share is UNKNOWN, hits (k,) takes how many directions of the lattice meet them, and
+    directions (m, 3) these, in the sensor frame, one object after the other. Return how many objects have been done:
+    fewer than k where `directions` is full.
     """
     turn, axes, centre = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
     corners, filled = np.empty((8, 3)), 0
@@ -138,7 +136,7 @@ def silhouettes(
         share[one], hits[one] = 1.0, 0
         if _is_whole(corners, edges, safe_cos):
             continue
-        if edges.size == 0 and filled + POINTS > directions.shape[0]:
+        if not is_pinhole and filled + POINTS > directions.shape[0]:
             return one
         _set_axes(centre, axes)
         low, high, left, right = _window_of_parts(traffic, box, start, turn, axes, corners, centre)
@@ -154,12 +152,12 @@ def silhouettes(
             if not _is_met(traffic, box, start, turned(turn, (x, y, z))):
                 continue
             met += 1
-            if edges.size > 0:
+            if is_pinhole:
                 inside += _is_between(x, y, z, edges)
                 continue
             directions[filled, 0], directions[filled, 1], directions[filled, 2] = x, y, z
             filled += 1
-        if edges.size > 0:
+        if is_pinhole:
             share[one] = inside / met if met > 0 else 1.0
         elif met > 0:
             share[one], hits[one] = UNKNOWN, met

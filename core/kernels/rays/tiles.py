@@ -32,7 +32,7 @@ _FLAT = 1e-200
 
 class TiledRays(NamedTuple):
     """Rays of a lattice: tiles (t, FIELDS) of it, those of a group behind a tile around all of them; the number of its
-    columns; and the numbers (slots,) of the listed rays at its slots, below 0 for missing ones, (0,) where all exist."""
+    columns; numbers (slots,) of the listed rays at its slots, below 0 for missing ones, (0,) where all exist."""
 
     tiles: np.ndarray
     columns: int
