@@ -14,7 +14,6 @@ import numpy as np
 
 from riglens.core.kernels.body.face import (
     DOUBT,
-    EDGE_ON,
     View,
     ball_around,
     bounds_of,
@@ -63,7 +62,7 @@ def _set_edges(view: View, normals: np.ndarray, sides: Sides, distance: float, r
     seen edge on."""
     largest, corner = set_normals(view, normals), view.corner
     over = normals[2, 0] * corner[0] + normals[2, 1] * corner[1] + normals[2, 2] * corner[2]
-    if not abs(over) > EDGE_ON * largest * (distance + radius):
+    if not abs(over) > 3.0 * DOUBT * largest * (distance + radius):
         return False
     sign = 1.0 if over > 0.0 else -1.0
     room = 3.0 * EDGE * size_of((normals[2, 0], normals[2, 1], normals[2, 2])) + 3.0 * DOUBT * largest
