@@ -13,19 +13,20 @@ from numpy.typing import NDArray
 
 from riglens.core.kernels.body.screen import Screen
 from riglens.core.kernels.rays.cast import Cast
-from riglens.core.kernels.rays.tiles import OWN_RAYS, TiledRays
 from riglens.core.kernels.runtime import codes
 from riglens.core.rig.library import Cylinder, body_of
 from riglens.core.rig.model import Camera, Sensor
-from riglens.core.sensing.kept import RAYS
+from riglens.core.sensing.kept import RAYS, KeptAnswers
 from riglens.core.sensing.ray_tiles import TILE_ROWS, tiled
 from riglens.core.sensing.rays import lattice, rotate
 from riglens.core.sensing.screens import screen_of
-from riglens.core.sensors.base import unplaced
+from riglens.core.sensors.base import rays_of, unplaced
 from riglens.core.sensors.lattice import Lattice
 from riglens.core.sensors.registry import kind_of
 from riglens.core.vehicle.solid import Barrier, Housing, Solid
 
+SHADOWS = KeptAnswers(64 << 20)
+"""Shadows on bent lenses: voxels and objects are cut by the same one, that of a camera of 2.3 megapixels 6 MB."""
 NO_EMPTY_BOX = np.array([1.0, 1.0, 1.0, -1.0, -1.0, -1.0])
 """No place in which it makes no difference where a ray ends."""
 
@@ -196,7 +197,7 @@ def barrier_shadow(
     if screen is not None:
         return _by_triangle(rays, screen, barrier, empty_box, workers)
     if isinstance(sensor, Camera):
-        return _by_tiles(rays, tiled(sensor), barrier, empty_box, workers)
+        return _of_lens(sensor, rays, barrier, empty_box, workers)
     return _by_tree(rays, barrier, empty_box, workers)
 
 
@@ -238,28 +239,61 @@ def _unpacked(words: NDArray[np.uint64], columns: int) -> NDArray[np.bool_]:
     return bits.view(np.bool_)
 
 
-def _by_tiles(
-    rays: Cast, lens: TiledRays, barrier: Barrier, empty_box: NDArray[np.float64], workers: int
-) -> Shadow:
-    """Offer each triangle to the rays of a lens that can meet it."""
+@dataclass(frozen=True)
+class _LensAtBody:
+    """Key of what stops the rays of a bent lens: the sensor, and the tree, by its identity while it is kept, with the
+    triangles in it that stop them."""
+
+    sensor: Sensor
+    tree: int
+    stops: bytes = field(repr=False)
+    start_m: float
+    barrier: Barrier = field(compare=False, repr=False)
+    workers: int = field(compare=False)
+
+
+@SHADOWS.of
+def _lens_ends(at: _LensAtBody) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
+    """Return which rays a body stops, in rising order, and at which distances in metres."""
     from riglens.core.kernels.body import lens_shadow as kernel  # the compiler
 
-    at, still = np.empty(len(rays.rows)), lens.tiles[:, OWN_RAYS].astype(np.int64)
-    has_end, is_over = np.zeros((2, len(rays.rows)), np.bool_)
-    find_ends = kernel.find_lens_ends_serial if workers == 1 else kernel.find_lens_ends
-    find_ends(rays, lens, TILE_ROWS, *barrier, empty_box, workers, at, has_end, is_over, still)
-    cut = np.flatnonzero(has_end & ~is_over)
-    return Shadow(has_end | is_over, cut, at[cut])
+    rays = rays_in_metres(at.sensor)
+    ends = np.full(len(rays.rows), np.inf)
+    find_ends = kernel.find_lens_ends_serial if at.workers == 1 else kernel.find_lens_ends
+    find_ends(rays, tiled(at.sensor), TILE_ROWS, *at.barrier, at.workers, ends)
+    cut = np.flatnonzero(np.isfinite(ends))
+    return cut.astype(np.int32), ends[cut]
+
+
+def _of_lens(
+    camera: Camera, rays: Cast, barrier: Barrier, empty_box: NDArray[np.float64], workers: int
+) -> Shadow:
+    """Offer each triangle to the rays of a lens that can meet it, or return what was found before."""
+    stops = barrier.stops.tobytes()
+    at = _LensAtBody(rays_of(camera), id(barrier.tree.corners), stops, barrier.start_m, barrier, workers)
+    cut, cut_m = _lens_ends(at)
+    return _ended(rays, cut.astype(np.int64), cut_m, empty_box)
 
 
 def _by_tree(rays: Cast, barrier: Barrier, empty_box: NDArray[np.float64], workers: int) -> Shadow:
-    """Compute the shadow ray by ray through the tree, for lenses too wide for an image plane."""
+    """Compute the shadow ray by ray through the tree, for rays that form no picture."""
     from riglens.core.kernels.body import solid as kernel  # the compiler
 
     ends = np.full(len(rays.rows) * len(rays.planes), np.inf)
     find_ends = kernel.ends_by_tree_serial if workers == 1 else kernel.ends_by_tree
     find_ends(rays, *barrier, workers, ends)
     cut = np.flatnonzero(np.isfinite(ends))
-    places = rays.origin + rotate(rays.rotation, rays.rows[cut]) * ends[cut][:, None]
-    cut = cut[~((empty_box[:3] <= places) & (places <= empty_box[3:])).all(axis=1)]
-    return Shadow(np.isfinite(ends), cut, ends[cut])
+    return _ended(rays, cut, ends[cut], empty_box)
+
+
+def _ended(
+    rays: Cast, cut: NDArray[np.int64], cut_m: NDArray[np.float64], empty_box: NDArray[np.float64]
+) -> Shadow:
+    """Return the shadow of listed rays of which some end at a barrier, in the empty box or not."""
+    is_stopped = np.zeros(len(rays.rows), np.bool_)
+    is_stopped[cut] = True
+    if (empty_box[:3] <= empty_box[3:]).all():
+        places = rays.origin + rotate(rays.rotation, rays.rows[cut]) * cut_m[:, None]
+        outside = ~((empty_box[:3] <= places) & (places <= empty_box[3:])).all(axis=1)
+        cut, cut_m = cut[outside], cut_m[outside]
+    return Shadow(is_stopped, cut, cut_m)

@@ -1,8 +1,8 @@
 """Find where the rays of a distorted lens end at a solid, triangle by triangle.
 
 The same as `kernels.body.shadow`, for rays that have no straight rows: the tree is traversed front to back, a box is
-skipped where all rays of the tiles that its ball touches are finished, and a triangle is tested against the rays of
-tiles between its edges. Rays that hit something inside the empty box are finished.
+skipped where no ray can pass the ball around it, and a triangle is tested against the rays of tiles between its
+edges.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from riglens.core.kernels.body.face import (
     view_of,
 )
 from riglens.core.kernels.body.screen import in_sensor_axes
-from riglens.core.kernels.body.shadow import Barring, end_at, is_in_whole, near2
-from riglens.core.kernels.body.solid import EDGE, Tree
+from riglens.core.kernels.body.shadow import near2
+from riglens.core.kernels.body.solid import EDGE, Tree, meet
 from riglens.core.kernels.rays.cast import Cast, ray_direction
 from riglens.core.kernels.rays.predicates import Vector
 from riglens.core.kernels.rays.tiles import (
@@ -46,14 +46,15 @@ _AROUND = 0.999
 """Sine of the half angle of a cone around a ball beyond which it may be anywhere."""
 
 
-class LensEnds(NamedTuple):
-    """State of the rays: at (rays,) metres, the first hit outside of the empty box; has_end, is_over (rays,): rays with
-    a hit, and finished rays; still (tiles,): unfinished rays of each tile."""
+class Rows(NamedTuple):
+    """Obstacles of rays: triangles in a tree, a selection of them (t,), the distance from which they count; first and
+    end of the rows in question."""
 
-    at: np.ndarray
-    has_end: np.ndarray
-    is_over: np.ndarray
-    still: np.ndarray
+    tree: Tree
+    stops: np.ndarray
+    start: float
+    first: int
+    end: int
 
 
 @lean_inlined
@@ -98,81 +99,69 @@ def _set_ball(place: Vector, radius: float, sides: Sides) -> int:
 
 
 @lean_inlined
-def _may_be_open(
-    lens: TiledRays, place: Vector, radius: float, bar: Barring, sides: Sides, still: np.ndarray
-) -> bool:
-    """Return whether some ray that may pass a ball is not finished, of the rows in question."""
+def _is_left_out(tile: np.ndarray, bar: Rows) -> bool:
+    """Return whether a tile has none of the rows in question."""
+    return bool(tile[ROW] >= bar.end or tile[ROW] + tile[ROWS] <= bar.first)
+
+
+@lean_inlined
+def _may_pass(lens: TiledRays, place: Vector, radius: float, bar: Rows, sides: Sides) -> bool:
+    """Return whether some ray of the rows in question may pass a ball."""
     count, number = _set_ball(place, radius, sides), 0
     while number < lens.tiles.shape[0]:
         tile = lens.tiles[number]
-        if tile[ROW] >= bar.end or tile[ROW] + tile[ROWS] <= bar.first or cuts_of(tile, count, sides) < 0:
+        if _is_left_out(tile, bar) or cuts_of(tile, count, sides) < 0:
             number = int(tile[AFTER])
             continue
-        if tile[OWN_RAYS] > 0.0 and still[number] > 0:
+        if tile[OWN_RAYS] > 0.0:
             return True
         number += 1
     return False
 
 
 @lean_inlined
-def _meet_ray(rays: Cast, ray: int, c: np.ndarray, bar: Barring, ends: LensEnds) -> bool:
-    """Test a triangle against one ray, by the formula; return whether the ray is finished now."""
-    t, is_over = end_at(rays, ray_direction(rays, ray), c, bar)
-    if not is_over and t < np.inf and (not ends.has_end[ray] or t < ends.at[ray]):
-        ends.at[ray], ends.has_end[ray] = t, True
-    return is_over
-
-
-@lean_inlined
 def _offer_tile(
-    rays: Cast, lens: TiledRays, number: int, cuts: int, c: np.ndarray, bar: Barring, is_in_empty_box: bool,
-    nearest: float, sides: Sides, ends: LensEnds,
+    rays: Cast, lens: TiledRays, tile: np.ndarray, cuts: int, c: np.ndarray, bar: Rows, nearest: float, sides: Sides,
+    ends: np.ndarray,
 ) -> None:  # fmt: skip
     """Test a triangle, at least `nearest` away, against the rays of a tile that may meet it."""
-    tile, span = lens.tiles[number], sides.span
+    span, o = sides.span, (rays.origin[0], rays.origin[1], rays.origin[2])
     first, column = int(tile[ROW]), int(tile[COLUMN])
     for row in range(*rows_of(tile, cuts, sides)):
         span_of(tile, row, cuts, sides)
         base = (first + row) * lens.columns + column
-        for place in range(span[0], span[1]):
-            ray = base + place if lens.numbers.size == 0 else int(lens.numbers[base + place])
-            if ray < 0 or ends.is_over[ray] or (ends.has_end[ray] and ends.at[ray] <= nearest):
-                continue
-            does = is_in_empty_box and span[2] <= place < span[3]
-            if does or _meet_ray(rays, ray, c, bar, ends):
-                ends.is_over[ray] = True
-                ends.still[number] -= 1
+        for slot in range(base + span[0], base + span[1]):
+            ray = slot if lens.numbers.size == 0 else int(lens.numbers[slot])
+            if ray >= 0 and ends[ray] > nearest:
+                t, _ = meet(o, ray_direction(rays, ray), c)
+                if bar.start < t < ends[ray]:
+                    ends[ray] = t
 
 
 @lean
 def _offer(
-    rays: Cast, lens: TiledRays, c: np.ndarray, bar: Barring, normals: np.ndarray, sides: Sides, ends: LensEnds
+    rays: Cast, lens: TiledRays, c: np.ndarray, bar: Rows, normals: np.ndarray, sides: Sides, ends: np.ndarray
 ) -> None:  # fmt: skip
     """Test a triangle of corners (3, 3) against all rays that can hit it; normals (3, 3): work space."""
-    low, high = bounds_of(c)
-    middle, radius = ball_around(low, high)
-    place = in_sensor_axes(rays, middle)
-    nearest, number, count = size_of(place) - radius, 0, 3
-    is_in_empty_box = is_in_whole(bar, low, high) and nearest > bar.start
-    if not _set_edges(view_of(rays, c), normals, sides, size_of(place), radius):
-        count, is_in_empty_box = _set_ball(place, radius, sides), False
+    middle, radius = ball_around(*bounds_of(c))
+    place, number, count = in_sensor_axes(rays, middle), 0, 3
+    distance = size_of(place)
+    if not _set_edges(view_of(rays, c), normals, sides, distance, radius):
+        count = _set_ball(place, radius, sides)
     while number < lens.tiles.shape[0]:
         tile = lens.tiles[number]
-        if tile[ROW] >= bar.end or tile[ROW] + tile[ROWS] <= bar.first:
-            number = int(tile[AFTER])
-            continue
-        cuts = cuts_of(tile, count, sides)
+        cuts = -1 if _is_left_out(tile, bar) else cuts_of(tile, count, sides)
         if cuts < 0:
             number = int(tile[AFTER])
             continue
-        if tile[OWN_RAYS] > 0.0 and ends.still[number] > 0:
-            _offer_tile(rays, lens, number, cuts, c, bar, is_in_empty_box, nearest, sides, ends)
+        if tile[OWN_RAYS] > 0.0:
+            _offer_tile(rays, lens, tile, cuts, c, bar, distance - radius, sides, ends)
         number += 1
 
 
 @lean
 def _offer_tree(
-    rays: Cast, lens: TiledRays, bar: Barring, normals: np.ndarray, stack: np.ndarray, sides: Sides, ends: LensEnds
+    rays: Cast, lens: TiledRays, bar: Rows, normals: np.ndarray, stack: np.ndarray, sides: Sides, ends: np.ndarray
 ) -> None:  # fmt: skip
     """Offer all triangles that stop rays, the nearer boxes first; normals (3, 3), stack (128,): work space."""
     tree = bar.tree
@@ -182,7 +171,7 @@ def _offer_tree(
         node = stack[waiting]
         b = tree.bounds[node]
         middle, radius = ball_around((b[0], b[1], b[2]), (b[3], b[4], b[5]))
-        if not _may_be_open(lens, in_sensor_axes(rays, middle), radius, bar, sides, ends.still):
+        if not _may_pass(lens, in_sensor_axes(rays, middle), radius, bar, sides):
             continue
         if tree.leaf[node, 1] == 0:
             near, far = node + 1, tree.skip[node + 1]
@@ -204,22 +193,18 @@ def find_lens_ends(
     tree: Tree,
     stops: np.ndarray,
     start: float,
-    empty_box: np.ndarray,
     workers: int,
-    at: np.ndarray,
-    has_end: np.ndarray,
-    is_over: np.ndarray,
-    still: np.ndarray,
+    ends: np.ndarray,
 ) -> None:
-    """Write where listed rays, in metres, first meet a solid beyond `start` (see `LensEnds` and `Barring`); none
-    has an end before, and `still` has all rays of each tile. Workers take strips of rows, whole tiles, in turn."""
+    """Write where listed rays, in metres, first meet a solid beyond `start`, to ends (rays,), infinite before. Workers
+    take strips of rows, whole tiles, in turn."""
     rows = int(np.max(lens.tiles[:, ROW] + lens.tiles[:, ROWS])) if lens.tiles.shape[0] > 0 else 0
     strip_rows = rows if workers == 1 else strip_rows
     for worker in numba.prange(workers):
         normals, stack, sides = np.empty((3, 3)), np.empty(128, np.int64), new_sides()
         for first in range(worker * strip_rows, rows, workers * strip_rows):
-            bar = Barring(tree, stops, start, empty_box, first, first + strip_rows)
-            _offer_tree(rays, lens, bar, normals, stack, sides, LensEnds(at, has_end, is_over, still))
+            bar = Rows(tree, stops, start, first, first + strip_rows)
+            _offer_tree(rays, lens, bar, normals, stack, sides, ends)
 
 
 find_lens_ends_serial = serial(find_lens_ends)
