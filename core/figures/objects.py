@@ -158,7 +158,7 @@ class ObjectFigure(Figure):
         """Return how far each run of frames moves the mean, (runs, len(CLASSES_AND_ALL))."""
         by_class = groups.deviations(values)
         if self.of_classes:
-            there = max(len(np.unique(groups.cls[~np.isnan(values)])), 1)
+            there = max(np.count_nonzero(np.bincount(groups.cls[~np.isnan(values)])), 1)
             whole = by_class.sum(axis=1, keepdims=True) / there
         else:
             whole = groups.deviations(values, together=True)

@@ -89,8 +89,9 @@ def weakest_text(figure: Figure, found: Weakest) -> str:
 
 
 def worst_names(found: Weakest) -> str:
-    """Return the names of the worst parts, for where space is short: "bicycle, rear-left"."""
-    return ", ".join(one[0] for one in (found.cls, found.sector) if one is not None)
+    """Return the names of the worst parts, for where space is short: "worst: bicycle, rear-left"."""
+    names = ", ".join(one[0] for one in (found.cls, found.sector) if one is not None)
+    return names and f"worst: {names}"
 
 
 def half_text(figure: Figure, found: Weakest, is_short: bool = False) -> str:

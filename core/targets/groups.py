@@ -123,15 +123,22 @@ class Groups:
         """Return how far each run of frames that occurs moves the mean of values of objects (k,) of each class, or of
         all classes `together`, (runs, rows); objects without a value, NaN, do not count."""
         known = ~np.isnan(values)
-        rows = 1 if together else len(CLASSES)
-        row = np.zeros(len(self.box), np.int64) if together else self.cls.astype(np.int64)
-        cell, shape = (self.run * rows + row)[known], (RUNS, rows)
+        cell = self._run_and_class
+        if not known.all():
+            cell, values = cell[known], values[known]
+        shape = (RUNS, len(CLASSES))
         objects, sums = (
-            np.bincount(cell, weights, RUNS * rows).reshape(shape) for weights in (None, values[known])
+            np.bincount(cell, weights, RUNS * len(CLASSES)).reshape(shape) for weights in (None, values)
         )
+        if together:
+            objects, sums = (one.sum(axis=1, keepdims=True) for one in (objects, sums))
         whole = np.maximum(objects.sum(axis=0), 1)
         moved = (sums - objects * (sums.sum(axis=0) / whole)) / whole
-        return np.asarray(moved[np.unique(self.run)])
+        return np.asarray(moved[np.bincount(self.run, minlength=RUNS) > 0])
+
+    @cached_property
+    def _run_and_class(self) -> Counts:
+        return self.run * len(CLASSES) + self.cls
 
     def inside(self, domain: Domain) -> NDArray[np.bool_]:
         """Return which objects (k,) lie in the region of a calibration; kept."""
