@@ -13,6 +13,7 @@ from riglens.core.figures.objects import ObjectFigure
 from riglens.core.figures.registry import leading_figures
 from riglens.core.figures.text import estimate_text
 from riglens.core.figures.values import FigureCells, values_of_objects
+from riglens.core.figures.weakest import Weakest, weakest_by_class
 from riglens.core.metric.scores import PAPER_SETTINGS
 from riglens.core.rig.model import Camera, Rig, Sensor
 from riglens.core.scene.boxes import CLASSES
@@ -109,6 +110,13 @@ def test_window_terminal_python_json_and_sweeps_show_the_same(name: str, evaluat
     for number, figure in enumerate(the_four()):
         in_window = FigureCells.of(figure, found.objects, found.objects)
         assert str(columns[number][1]).strip("()").startswith(shown(figure, found, ALL))
+        mean, weakest = figure.of(found, ALL), weakest_by_class(figure, found.objects)
+        written = document["rigs"][0]["figures"][figure.key]
+        assert written["value"] == (mean.value if mean.exists else None) and written["se"] == mean.se
+        assert values[figure.key][ALL] == mean == result.means[figure.key]
+        assert result.rows()[-1].get(figure.key) == (mean.value if mean.exists else None)
+        assert Weakest.of_dict(written["weakest"]) == weakest[ALL] == in_window.weakest[ALL]
+        assert result.weakest(figure.key) == weakest
         for line, cls in enumerate(CLASSES):
             one = figure.of(found, cls)
             written = document["rigs"][0]["classes"][cls]["figures"][figure.key]

@@ -421,5 +421,7 @@ MISSED_OBJECTS = ObjectHeatMap(
     are_counted=True,
 )
 LOST_OUTSIDE = _lost("outside", "Outside the picture", "lies outside", lambda lost: lost.outside)
-LOST_BEHIND_TRAFFIC = _lost("traffic", "Behind traffic", "other objects hide in", lambda lost: lost.traffic)
-LOST_BEHIND_CAR = _lost("car", "Behind the car", "the car itself hides in", lambda lost: lost.car)
+LOST_BEHIND_TRAFFIC = _lost(
+    "traffic", "Hidden by traffic", "other objects hide in", lambda lost: lost.traffic
+)
+LOST_BEHIND_CAR = _lost("car", "Hidden by own body", "the car itself hides in", lambda lost: lost.car)
