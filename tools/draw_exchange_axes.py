@@ -194,7 +194,7 @@ PANELS = (
         ("left-handed: pitch down, yaw right · m", "vehicle: taken under body centre · ° · body"),
     ),
     Panel(
-        "ORB-SLAM3",
+        "ORB-SLAM3, R3LIVE",
         (CENTRE + 24, ROOF - 4),
         ISO,
         ("IMU, or camera 1, anywhere · m", "4 × 4 matrices from the camera · optical"),

@@ -39,7 +39,7 @@ def convert(
 
     Formats: riglens, nuscenes, autoware, urdf, carla, carla-toml, driveworks, osi both ways; pandaset, argoverse,
     kalibr, euroc, fast-livo, apollo, opencv, kitti, kitti-360, boreas, airsim, mmdet3d, carla-agent, basalt, a2d2,
-    sdf read only.
+    sdf, once, zod, ddad, dair-v2x, opv2v, lgsvl, orb-slam3, lio-sam, r3live, vlcal read only.
 
     Parameters
     ----------

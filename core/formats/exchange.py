@@ -39,7 +39,7 @@ from riglens.core.formats.pandaset import PANDASET
 from riglens.core.formats.report import OpenedRig
 from riglens.core.formats.riglens import RIGLENS
 from riglens.core.formats.sdf_model import SDF
-from riglens.core.formats.slam import LIO_SAM, ORB_SLAM, VLCAL
+from riglens.core.formats.slam import LIO_SAM, ORB_SLAM, R3LIVE, VLCAL
 from riglens.core.formats.source import FOREIGN_ENDINGS, YAML, Source
 from riglens.core.formats.urdf import URDF
 from riglens.core.reading_time import MAX_RIG_S, Clock, ReadingTime
@@ -52,7 +52,7 @@ FORMATS = {
     for format_ in (
         RIGLENS, NUSCENES, AUTOWARE, URDF, CARLA, CARLA_TOML, DRIVEWORKS, PANDASET, ARGOVERSE, KALIBR, EUROC,
         FAST_LIVO, APOLLO, OPENCV, KITTI, KITTI_360, BOREAS, AIRSIM, MMDET3D, CARLA_AGENT, OSI, BASALT, A2D2,
-        SDF, ONCE, ZOD, DDAD, DAIR, OPV2V, LGSVL, ORB_SLAM, LIO_SAM, VLCAL,
+        SDF, ONCE, ZOD, DDAD, DAIR, OPV2V, LGSVL, ORB_SLAM, LIO_SAM, R3LIVE, VLCAL,
     )
 }  # fmt: skip
 """The built-in formats by name on the command line; RigLens' own comes first."""

@@ -1,11 +1,18 @@
 """SDFormat: a model of Gazebo with sensors on its links, .sdf (import).
 
 Poses of links are in the model's frame, or in that of the link that `relative_to` names; those of sensors on their
-link; x forward, y left, z up; metres, radians. The model's origin is taken for the ground under the body centre. Nested
-and included models are not read. Source: SDFormat specification 1.9, <model>, <link>, <pose>.
+link; x forward, y left, z up; metres, radians. The model's origin is taken for the ground under the body centre.
+Nested models are read, and those included as `model://NAME`, from `NAME/model.sdf` or `NAME/NAME.sdf` in the folder
+around that of the file; their poses are in the frame of the model that holds them.
+Source: SDFormat specification 1.9, <model>, <include>, <link>, <pose>.
 """
 
 from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
 
 from riglens.core.errors import InputError
 from riglens.core.formats.base import Format
@@ -18,6 +25,9 @@ from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.nodes import shortened
 
 _MODEL = "model frame"
+_IN_FOLDER = re.compile(r"(?:model://)?([A-Za-z0-9_][A-Za-z0-9_. -]*)/?")
+MAX_DEPTH = 6
+MAX_INCLUDED = 60
 
 
 def recognises(source: Source) -> bool:
@@ -32,18 +42,80 @@ def read(source: Source, mounting: Mounting) -> Rig:
         raise root.error("the root must be <sdf>")
     note_comments(source.text, notes)
     model = _chosen(root, mounting)
-    for part in ("include", "model"):
-        for nested in model.all(part):
-            notes.ignored(f"<{part}> in the model is not read", nested.attributes.get("name", "?"))
-    tree = _links(model)
-    for link in model.all("link"):
-        name = link.attribute("name")
-        for sensor in link.all("sensor"):
-            kind = sensor_kind(sensor, notes)
-            if kind is not None:
-                add_sdf_sensor(sensor, kind, name, tree.root_SE3(name), mounting)
+    _Reading(source, mounting).add(model, np.eye(4), 0)
     notes.converted("angles from radians to degrees")
     return mounting.rig(model.attributes.get("name", source.name))
+
+
+class _Reading:
+    """The sensors of a model, and of those that it holds."""
+
+    def __init__(self, source: Source, mounting: Mounting) -> None:
+        self._mounting, self._around = mounting, source.path.parent.resolve().parent
+        self._source = source
+        self._included = 0
+
+    def add(self, model: Element, root_SE3_model: Matrix, depth: int) -> None:
+        """Add the sensors of one model at that place."""
+        tree = _links(model)
+        for link in model.all("link"):
+            name = link.attribute("name")
+            for sensor in link.all("sensor"):
+                kind = sensor_kind(sensor, self._mounting.notes)
+                if kind is not None:
+                    add_sdf_sensor(sensor, kind, name, root_SE3_model @ tree.root_SE3(name), self._mounting)
+        for nested in model.all("model"):
+            self._add_nested(nested, nested, root_SE3_model, tree, depth)
+        for include in model.all("include"):
+            uri = include.first("uri")
+            said = shortened("?" if uri is None else uri.text.strip(), 60)
+            found = self._model_of(said)
+            if found is None:
+                self._mounting.notes.ignored("included model that is not beside the model's folder", said)
+            else:
+                self._add_nested(
+                    found, found if include.first("pose") is None else include, root_SE3_model, tree, depth
+                )
+
+    def _add_nested(
+        self, model: Element, placed: Element, root_SE3_model: Matrix, tree: FrameTree, depth: int
+    ) -> None:
+        """Add a model where `placed` has it: in the frame of the one that holds it, or of a link of that."""
+        name = shortened(model.attributes.get("name", "?"), 40)
+        if depth >= MAX_DEPTH:
+            raise model.error(f"models are nested too deeply (at most {MAX_DEPTH})")
+        pose = placed.first("pose")
+        frame = "" if pose is None else pose.attributes.get("relative_to", "")
+        if frame and frame not in tree.frames():
+            self._mounting.notes.approximated(
+                f"its pose is relative to '{shortened(frame, 40)}': taken in the model", name
+            )
+        if placed.first("placement_frame") is not None or "placement_frame" in model.attributes:
+            self._mounting.notes.approximated(
+                "placement_frame: its pose is taken for that of its origin", name
+            )
+        held = tree.root_SE3(frame) if frame in tree.frames() else np.eye(4)
+        self.add(model, root_SE3_model @ held @ pose_of(placed), depth + 1)
+
+    def _model_of(self, uri: str) -> Element | None:
+        """Return the model that a URI names, None where it is not there."""
+        named = _IN_FOLDER.fullmatch(uri)
+        if named is None or self._included >= MAX_INCLUDED:
+            return None
+        name = named[1]
+        for file in (self._around / name / "model.sdf", self._around / name / f"{name}.sdf"):
+            if _is_inside(file, self._around):
+                self._included += 1
+                root = self._source.another(file).xml
+                return root.first("model") if root.tag == "sdf" else None
+        return None
+
+
+def _is_inside(file: Path, folder: Path) -> bool:
+    try:
+        return file.is_file() and file.resolve().is_relative_to(folder)
+    except (OSError, ValueError):
+        return False
 
 
 def _chosen(root: Element, mounting: Mounting) -> Element:
@@ -52,7 +124,7 @@ def _chosen(root: Element, mounting: Mounting) -> Element:
     models = [model for world in worlds for model in world.all("model")]
     token = mounting.options.token
     fitting = [one for one in models if token in (None, one.attributes.get("name"))]
-    some = [one for one in fitting if any(link.first("sensor") for link in one.all("link"))]
+    some = [one for one in fitting if any(part.tag in ("sensor", "include") for part in one.walk())]
     if not fitting:
         known = shortened(", ".join(one.attributes.get("name", "?") for one in models), 120) or "none"
         raise InputError(f"{mounting.where}: token: must be the name of a model (known: {known})")

@@ -1,10 +1,13 @@
-"""Settings of SLAM and calibration tools: ORB-SLAM3, LIO-SAM, direct_visual_lidar_calibration (import).
+"""Settings of SLAM and calibration tools: ORB-SLAM3, LIO-SAM, R3LIVE, direct_visual_lidar_calibration (import).
 
 - ORB-SLAM3: OpenCV YAML of one or two cameras; IMU.T_b_c1 (Tbc) takes points of the first, in optical axes, to the IMU,
   Stereo.T_c1_c2 (Tlr) those of the second to the first; rectified pairs have the base line alone (Stereo.b, or
   Camera.bf times the focal length). Source: ORB-SLAM3, Calibration_Tutorial.pdf, src/Settings.cc.
-- LIO-SAM: parameters of a node. One LiDAR, whose frame is the rig's: extrinsicRot and extrinsicTrans place the IMU on
-  it. Source: LIO-SAM, include/utility.h, config/params.yaml.
+- LIO-SAM, and LVI-SAM's params_lidar.yaml: parameters of a node. One LiDAR, whose frame is the rig's: extrinsicRot and
+  extrinsicTrans place the IMU on it. Source: LIO-SAM, include/utility.h, config/params.yaml.
+- R3LIVE: parameters of a node. camera_ext_R and camera_ext_t take points of the camera, in optical axes, to the IMU;
+  the LiDAR stands there with the IMU's axes, offset by Lidar_offset_to_IMU, a constant of the program (Livox Avia).
+  Source: R3LIVE, r3live/src/r3live_vio.cpp, r3live/src/loam/include/common_lib.h, config/r3live_config.yaml.
 - direct_visual_lidar_calibration: calib.json; results.T_lidar_camera, x y z qx qy qz qw, takes points of the camera, in
   optical axes, to the LiDAR. Source: its docs/calibration.md, include/camera.
 Metres; LiDARs have x forward, y left, z up. Where the IMU or LiDAR is on the car no file says.
@@ -19,7 +22,7 @@ import numpy as np
 from riglens.core.formats.base import Format
 from riglens.core.formats.frames import Matrix, from_optical, kind_of, rotation_from_wxyz, se3
 from riglens.core.formats.lenses import brown_conrady, kannala_brandt, sphere_fields
-from riglens.core.formats.matrices import add_by_imu, rigid, rigid_of
+from riglens.core.formats.matrices import add_by_imu, rigid, rigid_of, rotation_of
 from riglens.core.formats.mounts import Mounting
 from riglens.core.formats.source import YAML, Source, Value, ros_parameters
 from riglens.core.rig.model import Rig
@@ -132,7 +135,7 @@ _LIDARS = {
 
 def _lio(source: Source) -> Value:
     root = ros_parameters(source.yaml)
-    return root.item("lio_sam") if "lio_sam" in root else root
+    return next((root.item(group) for group in ("lio_sam", "lvi_sam") if group in root), root)
 
 
 def _is_lio(source: Source) -> bool:
@@ -151,6 +154,40 @@ def _read_lio(source: Source, mounting: Mounting) -> Rig:
     mounting.add("lidar", name, np.eye(4), said=model or f"{kind} of {rows} rows".strip())
     notes.ignored("IMU: extrinsicRot, extrinsicRPY and extrinsicTrans place it on the LiDAR")
     notes.converted("axes of the LiDAR: x forward, y left, z up already (REP-105)")
+    return mounting.rig(source.name)
+
+
+# ---------------------------------------------------------------- R3LIVE
+
+_CAMERA, _FRONT_END = "r3live_vio", "Lidar_front_end"
+_AVIA_IN_IMU: Matrix = se3(np.eye(3), np.array([0.04165, 0.02326, -0.0284]))
+_AVIA = 1
+"""lidar_type of a Livox Avia."""
+
+
+def _is_r3live(source: Source) -> bool:
+    root = ros_parameters(source.yaml)
+    camera = root.get(_CAMERA) if root.is_mapping else None
+    return camera is not None and "camera_ext_R" in camera
+
+
+def _read_r3live(source: Source, mounting: Mounting) -> Rig:
+    root, notes = ros_parameters(source.yaml), mounting.notes
+    found = root.item(_CAMERA)
+    matrix = np.array(found.item("camera_intrinsic").numbers(9)).reshape(3, 3)
+    lens: dict[str, Any] = {"image": found.image("image_width", "image_height")}
+    lens |= {"fx": matrix[0, 0], "fy": matrix[1, 1], "cx": matrix[0, 2], "cy": matrix[1, 2]}
+    bend = found.item("camera_dist_coeffs")
+    lens |= brown_conrady(bend, bend.numbers(5), "camera", notes)
+    turned = found.item("camera_ext_R")
+    rotation = rotation_of(turned, np.array(turned.numbers(9)).reshape(3, 3), notes)
+    turn = add_by_imu({"camera": (se3(rotation, found.item("camera_ext_t").vector()), lens)}, mounting)
+    front = root.get(_FRONT_END)
+    if front is not None and "lidar_type" in front:
+        is_avia = front.item("lidar_type").whole(0, 1000) == _AVIA
+        mounting.add("lidar", "lidar", turn @ _AVIA_IN_IMU, said="Livox Avia" if is_avia else None)
+        notes.approximated("pose of the LiDAR not in the file: R3LIVE's constant for a Livox Avia", "lidar")
+    notes.converted("camera from optical axes")
     return mounting.rig(source.name)
 
 
@@ -212,6 +249,10 @@ LIO_SAM = Format(
     harmless="(imu|gps|odom|pointCloud).*|extrinsic.*|.*Threshold|.*LeafSize|.*ValidNum|surrounding.*|history.*"
     "|globalMap.*|loopClosure.*|mapping.*|z_tollerance|rotation_tollerance|.*Frame|use.*|save.*|numberOfCores"
     "|downsampleRate",
+)  # fmt: skip
+R3LIVE = Format(
+    "r3live", "R3LIVE configuration", YAML, _is_r3live, _read_r3live,
+    harmless=r"r3live_(common|lio).*|N_SCANS|using_raw_point|point_step|tracker_.*|.*time_delay",
 )  # fmt: skip
 VLCAL = Format(
     "vlcal", "direct_visual_lidar_calibration", (".json",), _is_vlcal, _read_vlcal,

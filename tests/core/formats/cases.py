@@ -826,6 +826,32 @@ lio_sam:
   extrinsicRot: [-1, 0, 0, 0, 1, 0, 0, 0, -1]
 """
 }
+R3LIVE: Files = {
+    "r3live_config.yaml": """\
+Lidar_front_end:
+   lidar_type: 1   # 1 for Livox-avia, 3 for Ouster-OS1-64
+   N_SCANS: 6
+   using_raw_point: 1
+   point_step: 1
+r3live_common:
+   if_dump_log: 0
+r3live_vio:
+   image_width: 1280
+   image_height: 1024
+   camera_intrinsic:
+      [863.4241, 0.0, 640.6808,
+      0.0,  863.4171, 518.3392,
+      0.0, 0.0, 1.0 ]
+   camera_dist_coeffs: [-0.1080, 0.1050, -1.2872e-04, 5.7923e-05, -0.0222]  #k1, k2, p1, p2, k3
+   camera_ext_R:
+         [-0.00113207, -0.0158688, 0.999873,
+            -0.9999999,  -0.000486594, -0.00113994,
+            0.000504622,  -0.999874,  -0.0158682]
+   camera_ext_t: [0.050166, 0.0474116, -0.0312415]
+r3live_lio:
+   lio_update_point_step: 4
+"""
+}
 VLCAL: Files = {
     "calib.json": json.dumps(
         {
@@ -881,6 +907,7 @@ SMALL: dict[str, Files] = {
     "lgsvl": LGSVL,
     "orb-slam3": ORB_SLAM,
     "lio-sam": LIO_SAM,
+    "r3live": R3LIVE,
     "vlcal": VLCAL,
     "osi": OSI,
 }

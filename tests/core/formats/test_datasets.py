@@ -20,6 +20,7 @@ from tests.core.formats.cases import (
     ONCE,
     OPV2V,
     ORB_SLAM,
+    R3LIVE,
     VEHICLE,
     VLCAL,
     ZOD,
@@ -172,6 +173,23 @@ def test_orb_slam_cameras_stand_as_its_matrices_say() -> None:
         190.44236969414825,
         -0.00266312569781606,
     )
+
+
+def test_lvi_sam_groups_its_parameters_by_its_own_name() -> None:
+    text = LIO_SAM["params.yaml"].replace("lio_sam:", "lvi_sam:").replace("  sensor: velodyne\n", "")
+    (lidar,) = sensors({"params_lidar.yaml": f'PROJECT_NAME: "lvi_sam"\n{text}'}).values()
+    assert isinstance(lidar, Lidar) and lidar.name == "velodyne"
+
+
+def test_the_sensors_of_r3live_stand_around_its_imu() -> None:
+    """The camera as in its configuration, with the offset given there in a comment; the LiDAR as the program has it."""
+    found = sensors(R3LIVE)
+    camera, lidar = found["camera"], found["lidar"]
+    between = np.array(camera.position) - np.array(lidar.position)
+    assert between == pytest.approx((0.050166 - 0.04165, 0.0474116 - 0.02326, -0.0312415 + 0.0284))
+    assert camera.rpy_deg == pytest.approx((0.0, 0.9, 0.0), abs=0.2) and lidar.rpy_deg == (0.0, 0.0, 0.0)
+    assert isinstance(lidar, Lidar) and lidar.model == "livox-avia"
+    assert isinstance(camera, Camera) and (camera.image, camera.fx) == ((1280, 1024), 863.4241)
 
 
 RECTIFIED = """\

@@ -1,13 +1,17 @@
 """What the links of a robot carry: by sensors and plugins of Gazebo, by frames of scans, by files of shapes."""
 
 import math
+from pathlib import Path
 
 import pytest
 
+from riglens.core.errors import InputError
+from riglens.core.formats.exchange import read_rig
+from riglens.core.formats.mounts import ReadOptions
 from riglens.core.formats.report import OpenedRig
 from riglens.core.rig.model import Lidar
 from riglens.core.sensors.ultrasonic import Ultrasonic
-from tests.core.formats.cases import read_files
+from tests.core.formats.cases import VEHICLE, read_files, write_files
 from tests.core.formats.test_reports import has
 
 
@@ -115,3 +119,55 @@ def test_a_sonar_of_sdf_has_its_cone() -> None:
     )
     one = read.rig.sensor("s")
     assert isinstance(one, Ultrasonic) and one.azimuth_deg == pytest.approx((-26.565051, 26.565051))
+
+
+LASER = (
+    "<link name='link'><pose>0 0 0.1 0 0 0</pose>"
+    "<sensor name='laser' type='ray'><pose>0.2 0 0 0 0 0</pose></sensor></link>"
+)
+
+
+def included(tmp_path: Path, model: str, **others: str) -> OpenedRig:
+    """A model in a folder of models, with others beside it."""
+    for name, inside in {"car": model, **others}.items():
+        write_files(
+            tmp_path / name, {"model.sdf": f"<sdf version='1.9'><model name='{name}'>{inside}</model></sdf>"}
+        )
+    options = ReadOptions(vehicle=VEHICLE, origin_m=(0.0, 0.0, 0.0))
+    return read_rig(tmp_path / "car" / "model.sdf", options=options)
+
+
+def test_models_in_a_model_stand_where_it_has_them(tmp_path: Path) -> None:
+    """Twice the same LiDAR, one on the model and one on a link of it, and a model written in it."""
+    read = included(
+        tmp_path,
+        "<link name='mast'><pose>1 0 1 0 0 1.5707963267948966</pose></link>"
+        "<include><uri>model://spinner</uri><pose>0 0 2 0 0 0</pose></include>"
+        "<include><uri>model://spinner</uri><pose relative_to='mast'>0 0 1 0 0 0</pose></include>"
+        f"<model name='own'><pose>-1 0 0 0 0 0</pose>{LASER}</model>"
+        "<include><uri>model://nosuch</uri></include><include><uri>https://fuel.gazebosim.org/x</uri></include>",
+        spinner=f"<pose>9 9 9 0 0 0</pose>{LASER}",
+    )
+    places = sorted(sensor.position for sensor in read.rig.sensors)
+    assert places == [pytest.approx(at) for at in ((-0.8, 0.0, 0.1), (0.2, 0.0, 2.1), (1.0, 0.2, 2.1))]
+    for uri in ("model://nosuch", "https://fuel.gazebosim.org/x"):
+        assert has(read.report, "ignored", "included model that is not beside the model's folder", uri)
+
+
+def test_an_included_model_without_a_place_stands_where_it_says(tmp_path: Path) -> None:
+    read = included(
+        tmp_path, "<include><uri>spinner</uri></include>", spinner=f"<pose>0 0 1 0 0 0</pose>{LASER}"
+    )
+    assert [sensor.position for sensor in read.rig.sensors] == [pytest.approx((0.2, 0.0, 1.1))]
+
+
+def test_no_model_is_read_from_elsewhere_or_for_ever(tmp_path: Path) -> None:
+    outside = write_files(tmp_path / "away", {"model.sdf": f"<sdf><model name='away'>{LASER}</model></sdf>"})
+    models = tmp_path / "models"
+    models.mkdir()
+    (models / "link").symlink_to(outside)
+    for uri in ("model://../away", "model://link", "../../away", "model://..", "", "model://" + "a" * 300):
+        read = included(models, f"{LASER}<include><uri>{uri}</uri></include>")
+        assert len(read.rig.sensors) == 1 and has(read.report, "ignored", "not beside the model's folder")
+    with pytest.raises(InputError, match="nested too deeply"):
+        included(models, "<include><uri>model://car</uri></include>")

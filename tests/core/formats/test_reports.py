@@ -192,7 +192,7 @@ def test_carla_beams_and_turns_are_counted_as_carla_does() -> None:
     assert found.azimuths().size == 320_000 / (20 * 32) and found.range_m == (0.0, 50.0)
 
 
-NEWER = "osi basalt a2d2 sdf once zod ddad dair-v2x opv2v lgsvl orb-slam3 lio-sam vlcal"
+NEWER = "osi basalt a2d2 sdf once zod ddad dair-v2x opv2v lgsvl orb-slam3 lio-sam r3live vlcal"
 
 
 def test_the_list_of_formats_is_the_documented_one() -> None:

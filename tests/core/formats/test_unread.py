@@ -48,6 +48,7 @@ PLACES: dict[str, tuple[str, str, str]] = {
     "lgsvl": ("sensors.json", '"FieldOfView": 50', JSON),
     "orb-slam3": ("TUM-VI.yaml", "Camera1.fy", "{key}: {value}\n"),
     "lio-sam": ("params.yaml", "  N_SCAN", "  {key}: {value}\n"),
+    "r3live": ("r3live_config.yaml", "   image_width", "   {key}: {value}\n"),
     "vlcal": ("calib.json", '"intrinsics"', JSON),
     "osi": ("osi.json", '"range"', JSON),
 }
