@@ -91,7 +91,9 @@ def test_the_status_bar_shows_long_work_and_its_cancel_ends_it(qtbot: QtBot, tmp
         qtbot.waitUntil(strip.isVisible, timeout=TIMEOUT_MS)
         qtbot.waitUntil(lambda: strip.bar.value() == 250, timeout=TIMEOUT_MS)
         assert "Counting sheep" in strip.bar.format()
-        strip.findChild(QPushButton).click()
+        cancel = strip.findChild(QPushButton)
+        cancel.click()
+        assert not cancel.isEnabled()
         qtbot.waitUntil(lambda: task not in bench.workbench.tasks._running, timeout=TIMEOUT_MS)
 
 

@@ -32,6 +32,12 @@ def test_an_edit_is_named_after_what_it_changed(after: Rig, label: str) -> None:
     assert describe(START, after).label == label
 
 
+@pytest.mark.parametrize("after", [START.replace(self_occlusion=True), START.replace(housings="blocks")])
+def test_what_stops_rays_is_named_one_way_and_the_other(after: Rig) -> None:
+    there, back = describe(START, after).label, describe(after, START).label
+    assert there and back and len({there, back, "edit the rig"}) == 3
+
+
 def test_two_sensors_are_named_and_more_are_counted() -> None:
     rig = START
     labels = []
