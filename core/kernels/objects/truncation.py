@@ -22,6 +22,7 @@ from riglens.core.kernels.objects.box_frames import (
 )
 from riglens.core.kernels.objects.windows import TURN, corners_of, window_of_turn
 from riglens.core.kernels.rays.lattice import Direction
+from riglens.core.kernels.runtime.codes import MOST_PARTS
 from riglens.core.kernels.runtime.jit import kernel, lean_inlined
 
 POINTS, _STEP = 377, 233
@@ -30,18 +31,30 @@ UNKNOWN = -1.0
 
 
 @lean_inlined
-def _is_met(traffic: FrameBoxes, box: int, start: Direction, along: Direction) -> bool:
-    """Return whether a ray from `start`, both in the axes of a box, enters one of its parts."""
-    for part in range(*parts_of(traffic, box)):
+def _set_ways(traffic: FrameBoxes, box: int, start: Direction, ways: np.ndarray) -> int:
+    """Write ways (parts, 2, 3) along the axes of a box from `start` to the low and the high faces of its parts; return
+    how many parts there are."""
+    first, end = parts_of(traffic, box)
+    for part in range(first, end):
         middle, half = bounds_of(traffic, part)
+        for axis in range(3):
+            at = start[axis] - middle[axis]
+            ways[part - first, 0, axis], ways[part - first, 1, axis] = -half[axis] - at, half[axis] - at
+    return end - first
+
+
+@lean_inlined
+def _is_met(ways: np.ndarray, parts: int, along: Direction) -> bool:
+    """Return whether a ray, in the axes of a box, enters one of its parts."""
+    for part in range(parts):
         enters, leaves = 0.0, np.inf
         for axis in range(3):
-            at, step = start[axis] - middle[axis], along[axis]
+            to_low, to_high, step = ways[part, 0, axis], ways[part, 1, axis], along[axis]
             if step == 0.0:
-                if abs(at) >= half[axis]:
+                if to_low >= 0.0 or to_high <= 0.0:
                     leaves = -1.0
                 continue
-            low, high = (-half[axis] - at) / step, (half[axis] - at) / step
+            low, high = to_low / step, to_high / step
             enters, leaves = max(enters, min(low, high)), min(leaves, max(low, high))
         if enters < leaves:
             return True
@@ -126,7 +139,7 @@ def silhouettes(
     fewer than k where `directions` is full.
     """
     turn, axes, centre = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
-    corners, filled = np.empty((8, 3)), 0
+    corners, ways, filled = np.empty((8, 3)), np.empty((MOST_PARTS, 2, 3)), 0
     for one in range(boxes.size):
         box = boxes[one]
         start = start_of(traffic, beams, box)
@@ -140,7 +153,7 @@ def silhouettes(
             return one
         _set_axes(centre, axes)
         low, high, left, right = _window_of_parts(traffic, box, start, turn, axes, corners, centre)
-        met, inside = 0, 0
+        met, inside, parts = 0, 0, _set_ways(traffic, box, start, ways)
         for point in range(POINTS):
             azimuth = left + ((point * _STEP) % POINTS + 0.5) / POINTS * (right - left)
             up = low + (point + 0.5) / POINTS * (high - low)
@@ -149,7 +162,7 @@ def silhouettes(
             x = a * axes[0, 0] + b * axes[1, 0] + up * axes[2, 0]
             y = a * axes[0, 1] + b * axes[1, 1] + up * axes[2, 1]
             z = a * axes[0, 2] + b * axes[1, 2] + up * axes[2, 2]
-            if not _is_met(traffic, box, start, turned(turn, (x, y, z))):
+            if not _is_met(ways, parts, turned(turn, (x, y, z))):
                 continue
             met += 1
             if is_pinhole:
