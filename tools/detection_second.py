@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import csv
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -64,18 +64,22 @@ def _of_part(folder: Path, part: str, table: str) -> list[Line]:
 
 
 class Tables:
-    """The tables of docs/data."""
+    """The tables of a study in docs/data."""
 
-    def __init__(self) -> None:
+    def __init__(self, study: str = "detection2", tables: Path = DATA) -> None:
         self.rigs, self.ranks, self.pairs, self.orders = (
-            lines(DATA / f"detection2{table}.csv") for table in TABLES[:4]
+            lines(tables / f"{study}{table}.csv") for table in TABLES[:4]
         )
         self.parts = {line["part"] for line in self.rigs}
 
+    def of(self, part: str, cls: str = MEAN) -> list[Line]:
+        """Return the lines of a part's rigs."""
+        return [line for line in self.rigs if (line["part"], line["class"]) == (part, cls)]
+
     def column(self, part: str, name: str, cls: str = MEAN) -> Doubles:
-        """Return a figure of all rigs of a part."""
-        found = [float(line[name]) for line in self.rigs if (line["part"], line["class"]) == (part, cls)]
-        return np.array(found)
+        """Return a figure of all rigs of a part, percent for average precision as for predicted AP."""
+        scale = 100.0 if name == "predicted" else 1.0
+        return np.array([scale * float(line[name]) for line in self.of(part, cls)])
 
     def rank(self, part: str, surrogate: str, among: str = "all rigs") -> float:
         """Return Spearman's coefficient of a figure with mAP."""
@@ -96,11 +100,10 @@ class Tables:
         )
         return int(line["right"]) / int(line["pairs"])
 
-    def missed(self, part: str, cls: str = MEAN) -> float:
-        """Return the mean error of predicted AP, percentage points."""
-        return float(
-            np.abs(100.0 * self.column(part, "predicted", cls) - self.column(part, "ap", cls)).mean()
-        )
+    def missed(self, part: str, chosen: slice = slice(None)) -> float:
+        """Return the mean error of predicted mAP, percentage points."""
+        apart = self.column(part, "predicted") - self.column(part, "ap")
+        return float(np.abs(apart[chosen]).mean())
 
 
 def outcomes(of: Tables) -> Iterator[tuple[int, bool, str]]:
@@ -136,7 +139,7 @@ def outcomes(of: Tables) -> Iterator[tuple[int, bool, str]]:
 
 
 def _painted(of: Tables) -> tuple[bool, str]:
-    names = [line["rig"] for line in of.rigs if (line["part"], line["class"]) == ("painted", MEAN)]
+    names = [line["rig"] for line in of.of("painted")]
     ap = of.column("painted", "ap").reshape(3, 3)  # LiDARs by none, wide, narrow
     said = {
         frozenset((line["rig"], line["other"])): line["verdict"]
@@ -158,13 +161,13 @@ def _painted(of: Tables) -> tuple[bool, str]:
     ), f"gains {gains}, ties {tied}, turned {turned}, {ap.round(1).tolist()}"
 
 
-def main() -> None:
+def run(renew: Callable[[Path], None], found: Callable[[], Iterable[tuple[int, bool, str]]]) -> None:
     """Renew the tables if a folder is given, and print the outcomes."""
     if len(sys.argv) > 1:
-        gather(Path(sys.argv[1]))
-    for number, holds, figures in outcomes(Tables()):
+        renew(Path(sys.argv[1]))
+    for number, holds, figures in found():
         print(f"{number}: {'held' if holds else 'refuted'}: {figures}")
 
 
 if __name__ == "__main__":
-    main()
+    run(gather, lambda: outcomes(Tables()))

@@ -9,7 +9,6 @@ outcomes are those of the tables.
 from __future__ import annotations
 
 import json
-import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -39,7 +38,8 @@ from riglens.evaluation.options import SceneOptions
 from riglens.evaluation.scenario import load_scenario
 from riglens.studies.detection_files import order_lines, pair_lines, rank_lines, rig_lines
 from riglens.studies.files import csv_text
-from tools.detection_second import DATA, Line, lines
+from tools import detection_second as second
+from tools.detection_second import DATA
 
 TABLES = {"": rig_lines, "-ranks": rank_lines, "-pairs": pair_lines, "-orders": order_lines}
 Doubles = NDArray[np.float64]
@@ -107,37 +107,11 @@ def _fused(lidars: Pieces, cameras: Pieces, engine: Engine) -> Result:
     return Result(study, every, every, _scores(study, engine))
 
 
-class Tables:
+class Tables(second.Tables):
     """The tables of docs/data."""
 
     def __init__(self, tables: Path = DATA) -> None:
-        self.rigs, self.ranks, self.pairs = (
-            lines(tables / f"detection3{table}.csv") for table in ("", "-ranks", "-pairs")
-        )
-
-    def of(self, part: str, cls: str = MEAN) -> list[Line]:
-        """Return the lines of a part's rigs."""
-        return [line for line in self.rigs if (line["part"], line["class"]) == (part, cls)]
-
-    def column(self, part: str, name: str, cls: str = MEAN) -> Doubles:
-        """Return a figure of all rigs of a part, percent for average precision as for predicted AP."""
-        scale = 100.0 if name == "predicted" else 1.0
-        return np.array([scale * float(line[name]) for line in self.of(part, cls)])
-
-    def rank(self, part: str, surrogate: str = "predicted") -> float:
-        """Return Spearman's coefficient of a figure with mAP over all rigs of a part."""
-        key = part, "all rigs", surrogate, MEAN
-        (found,) = (
-            float(line["value"])
-            for line in self.ranks
-            if (line["part"], line["among"], line["surrogate"], line["class"]) == key
-        )
-        return found
-
-    def missed(self, part: str, chosen: slice = slice(None)) -> float:
-        """Return the mean error of predicted mAP, points."""
-        apart = self.column(part, "predicted") - self.column(part, "ap")
-        return float(np.abs(apart[chosen]).mean())
+        super().__init__("detection3", tables)
 
     def gains(self, name: str) -> Doubles:
         """Return by how much a figure of the fused rigs rises with each set of cameras, (LiDARs, sets)."""
@@ -157,7 +131,9 @@ class Tables:
 
 def outcomes(of: Tables) -> Iterator[tuple[int, bool, str]]:
     """Yield number, outcome and figures of each hypothesis."""
-    fused_rank, alone_rank, lidar_rank = of.rank("fused"), of.rank("cameras"), of.rank("lidars")
+    fused_rank, alone_rank, lidar_rank = (
+        of.rank(part, "predicted") for part in ("fused", "cameras", "lidars")
+    )
     yield 1, fused_rank >= 0.9, f"{fused_rank:.2f}"
     yield 2, of.missed("fused") <= 4.0, f"{of.missed('fused'):.1f}"
     yield 3, alone_rank >= 0.8, f"{alone_rank:.2f}"
@@ -176,13 +152,5 @@ def outcomes(of: Tables) -> Iterator[tuple[int, bool, str]]:
     yield 8, apart <= 3.0, f"{apart:.1f}"
 
 
-def main() -> None:
-    """Renew the tables if a folder is given, and print the outcomes."""
-    if len(sys.argv) > 1:
-        gather(Path(sys.argv[1]))
-    for number, holds, figures in outcomes(Tables()):
-        print(f"{number}: {'held' if holds else 'refuted'}: {figures}")
-
-
 if __name__ == "__main__":
-    main()
+    second.run(gather, lambda: outcomes(Tables()))
