@@ -11,13 +11,16 @@ from riglens.app.commands.options import command
 from riglens.app.terminal.console import TERMINAL, results
 from riglens.core.errors import InputError
 from riglens.core.files import require_apart, write_file
-from riglens.core.formats.exchange import format_called, format_for, writable
+from riglens.core.formats.exchange import format_called, format_for, readable, writable
 from riglens.core.formats.mounts import ReadOptions
 from riglens.core.formats.opening import open_rig
 from riglens.evaluation.loading import note_doubts, note_report
 from riglens.evaluation.names import option_of
 from riglens.evaluation.options import Triple
 from riglens.jobs.converting import converted
+
+_FROM = f"Format of IN, where it cannot be detected: {', '.join(readable())}."
+_TO = f"Format of OUT, where its extension does not determine it: {', '.join(writable())}."
 
 
 @command
@@ -26,8 +29,8 @@ def convert(
     out: Annotated[Path, Parameter(name="OUT")],
     /,
     *,
-    from_: Annotated[str | None, Parameter(name="--from", metavar="FORMAT")] = None,
-    to: Annotated[str | None, Parameter(name="--to", metavar="FORMAT")] = None,
+    from_: Annotated[str | None, Parameter(name="--from", metavar="FORMAT", help=_FROM)] = None,
+    to: Annotated[str | None, Parameter(name="--to", metavar="FORMAT", help=_TO)] = None,
     vehicle: Annotated[str | None, Parameter(metavar="RIG")] = None,
     rear_axle_x: Annotated[float | None, Parameter(metavar="M")] = None,
     origin: Annotated[Triple | None, Parameter(metavar="X Y Z")] = None,
@@ -37,20 +40,12 @@ def convert(
 ) -> None:
     """Convert a rig between formats, reporting everything converted, approximated or left out.
 
-    Formats: riglens, nuscenes, autoware, urdf, carla, carla-toml, driveworks, osi both ways; pandaset, argoverse,
-    kalibr, euroc, fast-livo, apollo, opencv, kitti, kitti-360, boreas, airsim, mmdet3d, carla-agent, basalt, a2d2,
-    sdf, once, zod, ddad, dair-v2x, opv2v, lgsvl, orb-slam3, lio-sam, r3live, vlcal read only.
-
     Parameters
     ----------
     source
         Rig file, preset name, or a file or folder of another program.
     out
         File to write; a folder for nuscenes and autoware.
-    from_
-        Format of IN, where it cannot be detected.
-    to
-        Format of OUT, where its extension does not determine it.
     vehicle
         Rig file with the vehicle to use, where IN has none.
     rear_axle_x

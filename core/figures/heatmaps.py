@@ -343,10 +343,12 @@ class ObjectHeatMap(HeatMap):
 _NEAR = f"within {NEAR_M:g} m of each metre of ground, in all frames"
 
 
-def _part(key: str, title: str, seen_by: str, voxels: VoxelSet) -> VoxelHeatMap:
-    """Return the entropy that several sensors see."""
-    question = f"The part of the entropy in voxels that {seen_by} see."
-    return VoxelHeatMap(key=key, title=title, question=question, better="more", voxels=voxels)
+def _part(voxels: VoxelSet) -> VoxelHeatMap:
+    """Return the entropy in a set of voxels."""
+    question = f"The part of the entropy in voxels seen by {voxels.seen_by}."
+    return VoxelHeatMap(
+        key=voxels.key, title=f"Seen by {voxels.seen_by}", question=question, better="more", voxels=voxels
+    )
 
 
 def _lost(key: str, title: str, what: str, values: Callable[[CameraLosses], Doubles]) -> ObjectHeatMap:
@@ -406,9 +408,7 @@ CHANGE = Change(
     better="more",
     voxels=ANY,
 )
-SEEN_TWICE = _part("twice", "Seen by at least 2", "at least 2 sensors", TWICE)
-SEEN_THRICE = _part("thrice", "Seen by at least 3", "at least 3 sensors", THRICE)
-SEEN_BY_TWO_KINDS = _part("kinds", "Seen by two kinds", "sensors of two kinds", TWO_KINDS)
+SEEN_TWICE, SEEN_THRICE, SEEN_BY_TWO_KINDS = map(_part, (TWICE, THRICE, TWO_KINDS))
 OF_TARGETS = ObjectHeatMap.of(ON_TARGET, "Alt+7")
 MISSED_OBJECTS = ObjectHeatMap(
     key="missed",

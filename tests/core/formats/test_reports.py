@@ -1,6 +1,7 @@
 """Nothing is dropped in silence: the report says what was read, converted, approximated and left out."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -192,14 +193,14 @@ def test_carla_beams_and_turns_are_counted_as_carla_does() -> None:
     assert found.azimuths().size == 320_000 / (20 * 32) and found.range_m == (0.0, 50.0)
 
 
-NEWER = "osi basalt a2d2 sdf once zod ddad dair-v2x opv2v lgsvl orb-slam3 lio-sam r3live vlcal"
-
-
 def test_the_list_of_formats_is_the_documented_one() -> None:
-    both = ["riglens", "nuscenes", "autoware", "urdf", "carla", "carla-toml", "driveworks"]
-    read = "pandaset argoverse kalibr euroc fast-livo apollo opencv kitti kitti-360 boreas airsim mmdet3d carla-agent"
-    assert list(readable()) == [*both, *read.split(), *NEWER.split()]
-    assert list(writable()) == [*both, "osi"]
+    page = (Path(__file__).parents[3] / "docs" / "formats-exchange.md").read_text(encoding="utf-8")
+    read, axes = (
+        dict(re.findall(r"^\| `([a-z0-9-]+)` \|.*\|(.*)\|$", part, re.MULTILINE))
+        for part in page.split("\n## ")[:2]
+    )
+    assert read.keys() == axes.keys() == set(readable())
+    assert {name for name, written in read.items() if written.strip()} == set(writable())
 
 
 def test_what_pandaset_files_lack_is_told_of_each_sensor() -> None:

@@ -23,6 +23,7 @@ from riglens.core.rig.model import Camera, Lidar, LinearAngles, Rig
 from riglens.core.rig.presets import preset
 from riglens.core.rig.yaml.file import dumps, loads
 from riglens.core.sensors.camera import pixel_directions, project_px
+from riglens.core.sensors.registry import kind_names
 
 ENTRIES = default_library().entries()
 
@@ -74,8 +75,7 @@ def test_the_models_of_the_paper_are_the_defaults_of_the_paper() -> None:
 def test_models_are_listed_by_kind() -> None:
     library = default_library()
     assert {entry.kind for entry in library.entries("camera")} == {"camera"}
-    kinds = ("lidar", "camera", "radar", "ultrasonic")
-    assert tuple(entry for kind in kinds for entry in library.entries(kind)) == library.entries()
+    assert tuple(entry for kind in kind_names() for entry in library.entries(kind)) == library.entries()
 
 
 def test_an_unknown_model_is_refused_with_the_known_ones() -> None:

@@ -11,6 +11,7 @@ from riglens.core.errors import InputError
 from riglens.core.rig.yaml import nodes
 from riglens.core.rig.yaml.file import load_rig, loads
 from riglens.core.rig.yaml.nodes import MAX_BYTES, parse_yaml, plain_value
+from riglens.core.sensors.registry import kind_names
 
 LIDAR = """\
 riglens: 1
@@ -130,12 +131,12 @@ def test_the_files_these_tests_break_are_fine() -> None:
         (
             "kind: lidar\n    position: [1",
             "kind: sonar\n    position: [1",
-            '10: sonar "rear": kind must be lidar or camera or radar or ultrasonic (got sonar)',
+            f'10: sonar "rear": kind must be {" or ".join(kind_names())} (got sonar)',
         ),
         (
             "    kind: lidar\n    position: [1",
             "    position: [1",
-            '9: sensor "rear": kind must be lidar or camera or radar or ultrasonic',
+            f'9: sensor "rear": kind must be {" or ".join(kind_names())}',
         ),
         (
             "    position: [1",
