@@ -96,21 +96,17 @@ def load_pog(path: Path | str) -> Pog:
     """Read a POG file; InputError when it is missing, damaged, or not a POG (nothing is ever unpickled)."""
     try:
         with open_regular(Path(path), _ACCEPTED) as file:
-            return _read_named(file, path)
+            try:
+                return read_pog(file)
+            except OSError:
+                raise
+            except Exception as error:  # of damaged bytes numpy, zipfile and zlib raise a dozen kinds
+                reason = one_line(str(error)) or type(error).__name__
+                raise InputError(f"{path}: not {_ACCEPTED}: {reason}") from error
     except FileNotFoundError as error:
         raise InputError(f"{path}: no such file (must be {_ACCEPTED})") from error
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from error
-
-
-def _read_named(file: IO[bytes], path: Path | str) -> Pog:
-    try:
-        return read_pog(file)
-    except OSError:
-        raise
-    except Exception as error:  # damaged bytes make numpy, zipfile and zlib raise a dozen kinds of error
-        reason = one_line(str(error)) or type(error).__name__
-        raise InputError(f"{path}: not {_ACCEPTED}: {reason}") from error
 
 
 def read_pog(file: IO[bytes], is_part: bool = False) -> Pog:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -23,7 +23,6 @@ from riglens.evaluation.known_body import with_known_body
 from riglens.evaluation.options import DEFAULT_TOLERANCE_PP, READING, SceneOptions, ScoreOptions
 
 SHOWN_UNMAPPED = 5
-BUNDLED_NAME = "bundled scenario town"
 
 
 @dataclass(frozen=True)
@@ -94,7 +93,7 @@ def load_scenario(options: SceneOptions, progress: Progress | None = None) -> Sc
     elif options.voxel_m == "auto" and options.rigs:
         return _auto_scenario(options, progress)
     else:
-        pog = _named(cached_pog(source_of(options), grid_of(options), progress), options)
+        pog = cached_pog(source_of(options), grid_of(options), progress)
     return Scenario(pog, EntropyField.from_pog(pog))
 
 
@@ -103,19 +102,11 @@ def _auto_scenario(options: SceneOptions, progress: Progress | None) -> Scenario
     source, settings = source_of(options), settings_of(options.score)
     tolerance = (DEFAULT_TOLERANCE_PP if options.tolerance_pp is None else options.tolerance_pp) / 100
     rigs = [rig.with_body_mesh(None) for rig in options.rigs]  # a mesh is not read for this
-
-    def pog_of(grid: VoxelGrid, report: Progress) -> Pog:
-        return _named(cached_pog(source, grid, report), options)
-
     scored = [(rig, with_known_body(settings, rig)) for rig in rigs]
     roi_m = DEFAULT_ROI_M if options.roi_m is None else options.roi_m
-    return Scenario(*search_edge(pog_of, scored, roi_m, tolerance, options.score.threads, progress))
-
-
-def _named(pog: Pog, options: SceneOptions) -> Pog:
-    """Return the POG under the name of the requested data; a cached one may have that of an equal copy."""
-    name = BUNDLED_NAME if options.boxes is None else str(options.boxes)
-    return replace(pog, data=replace(pog.data, source=name))
+    return Scenario(
+        *search_edge(partial(cached_pog, source), scored, roi_m, tolerance, options.score.threads, progress)
+    )
 
 
 def _stored_pog(options: SceneOptions, path: Path) -> Pog:

@@ -15,15 +15,13 @@ from riglens.core.scene.occluders import FrameName, MapPose, Occluders
 from riglens.core.scene.readers import bundled_occluders
 from riglens.core.targets.traffic import Traffic, read_traffic
 from riglens.evaluation.options import SceneOptions
-from riglens.evaluation.scenario import BUNDLED_NAME, source_of
+from riglens.evaluation.scenario import source_of
 
 
 def load_traffic(options: SceneOptions, within_m: float, progress: Progress | None = None) -> Traffic:
     """Return all boxes of the requested data set; InputError on bad input."""
     source = source_of(options)
-    found = read_traffic(source, within_m, progress, occluders=occluders_of(options, source.origin_m))
-    name = BUNDLED_NAME if options.boxes is None else str(options.boxes)
-    return replace(found, data=replace(found.data, source=name))
+    return read_traffic(source, within_m, progress, occluders=occluders_of(options, source.origin_m))
 
 
 def car_poses(options: SceneOptions) -> Mapping[FrameName, MapPose]:

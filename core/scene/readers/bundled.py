@@ -15,7 +15,7 @@ SCENARIO = "scenarios/town"
 def bundled_source() -> Source:
     """Return the boxes of the bundled town; scenario.json holds the number of frames, empty ones included."""
     frames = int(json.loads((_folder() / "scenario.json").read_text(encoding="utf-8"))["frames"])
-    return open_boxes(_folder() / "boxes.csv.gz", frames=frames)
+    return open_boxes(_folder() / "boxes.csv.gz", frames=frames, name="bundled scenario town")
 
 
 def bundled_occluders() -> Occluders:

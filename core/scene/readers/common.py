@@ -53,7 +53,7 @@ class BoxOptions:
     origin_m: place of the source's origin in the vehicle frame, metres, added to every box; frames: how many
     frames the set holds when empty ones leave no trace in it; is_part: whether it belongs to a larger set, so
     that it may hold no frame; notes: further remarks for the report; is_origin_known: whether the format fixes the
-    origin's place. Raise InputError for numbers out of range.
+    origin's place; name: in reports, that of the path by default. Raise InputError for numbers out of range.
     """
 
     origin_m: Vec3
@@ -62,6 +62,7 @@ class BoxOptions:
     is_part: bool = False
     notes: tuple[str, ...] = ()
     is_origin_known: bool = False
+    name: str = ""
 
     def __post_init__(self) -> None:
         if not all(math.isfinite(value) and abs(value) <= MAX_POSITION_M for value in self.origin_m):
@@ -100,6 +101,7 @@ class FileBoxSource(ABC):
     def __init__(self, path: Path, options: BoxOptions) -> None:
         self.path = path
         self.options = options
+        self.name = options.name or str(path)
         self._report: DataReport | None = None
 
     @abstractmethod
@@ -109,11 +111,6 @@ class FileBoxSource(ABC):
     @abstractmethod
     def _read(self, tally: ReadingTally, progress: Progress) -> Iterator[BoxBatch]:
         """Stream the boxes in the source's own frame, axes as in the vehicle frame, and fill the tally."""
-
-    @property
-    def name(self) -> str:
-        """Return the name of the data set in reports."""
-        return str(self.path)
 
     @property
     def origin_m(self) -> Vec3:

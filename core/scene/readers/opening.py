@@ -45,6 +45,7 @@ def open_boxes(
     class_map: Mapping[str, str] | None = None,
     lift_m: float = 0.0,
     notes: tuple[str, ...] = (),
+    name: str = "",
 ) -> Source:
     """Open a box data set, or several as one; the format follows from the path's content or layout.
 
@@ -52,7 +53,8 @@ def open_boxes(
     source's own default: the Velodyne's place for KITTI, the rear axle's for nuScenes and Argoverse 2, zero for
     everything else. lift_m: added to the origin's z, whichever it is. frames: number of frames T, for data in
     which empty frames leave no trace. class_map: {source name: car, bicycle, pedestrian or ignore}, on top of
-    the source's table. notes: further sentences for the report. Raise InputError when nothing readable is there.
+    the source's table. notes: further sentences for the report; name: in it, instead of the path. Raise InputError
+    when nothing readable is there.
     """
 
     def options(format_: BoxFormat, is_part: bool) -> BoxOptions:
@@ -62,7 +64,7 @@ def open_boxes(
         more = (told,) if is_known else ()
         classes = ClassTable(format_.classes, dict(class_map or {}))
         return BoxOptions(
-            (x, y, z + lift_m), classes, None if is_part else frames, is_part, (*notes, *more), is_known
+            (x, y, z + lift_m), classes, None if is_part else frames, is_part, (*notes, *more), is_known, name
         )
 
     places = [Path(path)] if isinstance(path, str | Path) else list(path)
