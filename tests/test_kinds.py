@@ -39,6 +39,7 @@ from riglens.core.rig.yaml.file import dumps, loads
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.columns import unpack
 from riglens.core.sensing.rays import sensor_rays
+from riglens.core.sensors import registry
 from riglens.core.sensors.base import Sector, Sensor
 from riglens.core.sensors.kind import HitMeasure, Occlusion, Placement, SensorKind
 from riglens.core.sensors.lattice import Ids
@@ -402,7 +403,7 @@ def test_fields_without_an_input_are_left_to_the_rig_file(qtbot: QtBot) -> None:
     assert {"power", "opening_deg"} <= found and not {"sector", "gains"} & found
 
 
-def test_a_kind_derived_from_another_looks_like_it_in_other_colours() -> None:
+def test_a_kind_derived_from_another_looks_like_it_in_other_colours(monkeypatch: pytest.MonkeyPatch) -> None:
     class Scanner(Lidar):
         kind: Literal["scanner"] = "scanner"  # type: ignore[assignment]
 
@@ -410,6 +411,8 @@ def test_a_kind_derived_from_another_looks_like_it_in_other_colours() -> None:
     with registered(replace(kind_of("lidar"), name="scanner", model=Scanner)):
         derived = appearance_of("scanner")
     assert derived == replace(look, colour=PLAIN.colour, ray_colours=PLAIN.ray_colours) != look
+    assert appearance_of("probe") == PLAIN
+    monkeypatch.setitem(registry.BUILT_IN, "probe", PROBE)
     assert appearance_of("probe") == PLAIN
 
 

@@ -124,8 +124,10 @@ def appearance_of(kind: str) -> Appearance:
     found, known = APPEARANCES.get(kind), kind_named(kind)
     if found is not None or known is None:
         return found or PLAIN
-    bases = (base for base in BUILT_IN.values() if issubclass(known.model, base.model))
-    base = next((APPEARANCES[base.name] for base in bases), PLAIN)
+    models = {name: BUILT_IN[name].model for name in APPEARANCES}
+    base = next(
+        (APPEARANCES[name] for name, model in models.items() if issubclass(known.model, model)), PLAIN
+    )
     return replace(base, colour=PLAIN.colour, ray_colours=PLAIN.ray_colours)
 
 
