@@ -228,7 +228,7 @@ def _annotated(kind: Any, said: OptionHelp, name: str, group: Group | None, defa
             help=said.help,
             converter=converter,
             n_tokens=1 if said.metavar == WIDTH_HEIGHT else None,
-            negative=said.negative or (),
+            negative=f"--{said.negative}" if said.negative else (),
             show_default=shown,
             show_choices=converter is None,
         ),

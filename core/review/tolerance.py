@@ -106,7 +106,7 @@ class ToleranceOptions:
     ] = SAMPLE_FRAMES
     sensitivities: Annotated[
         bool,
-        OptionHelp("", "Also report the effect of each error on its own.", negative="--no-sensitivities"),
+        OptionHelp("", "Also report the effect of each error on its own.", negative="no-sensitivities"),
     ] = True
 
     def __post_init__(self) -> None:

@@ -95,7 +95,7 @@ class RenderRequest:
             "",
             "Draw the heatmap on the ground, all heights together, or as cells in space; the latter for rigs of "
             "the paper.",
-            negative="--voxels",
+            negative="voxels",
         ),
     ] = None
     selected: Annotated[
@@ -105,9 +105,9 @@ class RenderRequest:
     transparent: Annotated[bool, OptionHelp("", "Leave background and ground transparent.")] = False
     ground: Annotated[
         bool,
-        OptionHelp("", "Draw the ground with its grid and metres.", "ground-plane", "--no-ground"),
+        OptionHelp("", "Draw the ground with its grid and metres.", "ground-plane", "no-ground"),
     ] = True
-    legend: Annotated[bool, OptionHelp("", "Draw the colour bar.", negative="--no-legend")] = True
+    legend: Annotated[bool, OptionHelp("", "Draw the colour bar.", negative="no-legend")] = True
     title: Annotated[
         bool, OptionHelp("", "Write the name of the rig and its inputs in the upper corner.")
     ] = False

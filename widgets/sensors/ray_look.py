@@ -42,9 +42,7 @@ class RayLook:
 
     shown: Annotated[
         bool,
-        OptionHelp(
-            "", "Draw the rays of the selected sensor, or of all with --all-rays.", "rays", "--no-rays"
-        ),
+        OptionHelp("", "Draw the rays of the selected sensor, or of all with --all-rays.", "rays", "no-rays"),
     ] = True
     opacity: Annotated[float, OptionHelp("SHARE", "Opacity of the rays, 0 to 1.", "ray-opacity")] = 0.2
     density: Annotated[
