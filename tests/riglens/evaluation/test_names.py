@@ -9,7 +9,7 @@ from riglens.app.commands.parsing import app
 from riglens.evaluation.names import label_of, option_of
 
 ROOT = Path(__file__).resolve().parents[3]
-NOT_OPTIONS = {"bearings_deg", "speeds_kmh", "name", "field", "traffic", "width_m"}
+NOT_OPTIONS = {"bearings_deg", "speeds_kmh", "name", "field", "key", "traffic", "width_m"}
 """Arguments of Python alone, variables, and what a command calls otherwise (`--blind-width`)."""
 
 
