@@ -78,16 +78,21 @@ def _stop_bits(table: Beams, ends_m: Doubles) -> tuple[Words, Doubles]:
     as in `kernels.objects.box_frames.Beams`."""
     if table.turns or not ends_m.size:
         return _NO_WORDS, _NOTHING
-    rows, columns = len(table.row_of), table.columns
-    if table.steps[1] == 1:
-        ends = ends_m.reshape(-1, columns)[table.row_of][:, table.column_of]
-    else:
-        ends = ends_m.reshape(-1, table.steps[1])[table.column_of][:, table.row_of].T
-    bits = np.zeros((2, rows, (columns + 63) // 64 * 64), np.bool_)
-    bits[0, :, :columns], bits[1, :, :columns] = np.isfinite(ends), ends == 0.0
-    words = np.packbits(bits.reshape(2, -1), axis=1, bitorder="little").view(np.uint64)
-    finite = np.where(bits[0, :, :columns], ends, 0.0)
-    return words, np.maximum.reduceat(finite, np.arange(0, columns, 64), axis=1).ravel()
+    rows, columns, words = len(table.row_of), table.columns, (table.columns + 63) // 64
+    bits = np.zeros((2, rows, words * 64), np.bool_)
+    for some, to in zip((np.isfinite(ends_m), ends_m == 0.0), bits, strict=True):
+        if table.steps[1] == 1:
+            to[:, :columns] = some.reshape(-1, columns)[table.row_of][:, table.column_of]
+        else:
+            to[:, :columns] = some.reshape(-1, table.steps[1])[table.column_of][:, table.row_of].T
+    slot = np.flatnonzero(bits[0])
+    row, column = np.divmod(slot, words * 64)
+    ends = ends_m[table.row_of[row] * table.steps[0] + table.column_of[column] * table.steps[1]]
+    word, last_ends = slot >> 6, np.zeros(rows * words)
+    first = np.flatnonzero(np.diff(word, prepend=-1))
+    if first.size:
+        last_ends[word[first]] = np.maximum.reduceat(ends, first)
+    return np.packbits(bits.reshape(2, -1), axis=1, bitorder="little").view(np.uint64), last_ends
 
 
 def stops_of(
