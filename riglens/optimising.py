@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from riglens.arguments import StrPath
-from riglens.core.optimise.mounts import LEVELS_DEG, TURNS_DEG, USUAL_RULES, Additions, counts_of, moves_of
+from riglens.core.optimise.additions import LEVELS_DEG, TURNS_DEG, USUAL_RULES, Additions, counts_of, moves_of
 from riglens.core.optimise.problem import Problem
 from riglens.core.optimise.results import OptimiseResult
 from riglens.core.optimise.run import finished

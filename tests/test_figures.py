@@ -36,7 +36,8 @@ from riglens.core.figures.values import (
 )
 from riglens.core.geometry import Pose
 from riglens.core.metric.scores import PAPER_SETTINGS, MetricSettings
-from riglens.core.optimise.mounts import Additions, candidates, mounted
+from riglens.core.optimise.additions import Additions
+from riglens.core.optimise.candidates import candidates, mounted
 from riglens.core.optimise.problem import Problem
 from riglens.core.optimise.run import finished
 from riglens.core.optimise.weights import Weights

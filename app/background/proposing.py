@@ -244,7 +244,7 @@ class Server:
         return _finished(optimise(problem, None, self._is_stale), tell)
 
     def _problem(self, request: ProposalRequest) -> Problem:
-        from riglens.core.optimise.mounts import Move
+        from riglens.core.optimise.additions import Move
         from riglens.core.optimise.problem import Problem
         from riglens.evaluation.scenario import load_scenario
 

@@ -9,7 +9,7 @@ from riglens.core.blind.zones import called
 from riglens.core.errors import InputError
 from riglens.core.figures.evaluated import BLIND_M
 from riglens.core.metric.entropy import EntropyField
-from riglens.core.optimise.mounts import NO_ADDITIONS, Additions, Move
+from riglens.core.optimise.additions import NO_ADDITIONS, Additions, Move
 from riglens.core.optimise.objectives import Objective, objective_named
 from riglens.core.optimise.weights import EVEN, Weights
 from riglens.core.rig.library import default_library

@@ -16,7 +16,7 @@ from riglens.core.figures.figure import Figure
 from riglens.core.files import atomic_write
 from riglens.core.optimise.bounds import Bound
 from riglens.core.optimise.guard import KEPT, GuardResult, Verdict, verdict
-from riglens.core.optimise.mounts import Candidate
+from riglens.core.optimise.placing import Candidate
 from riglens.core.optimise.problem import Problem
 from riglens.core.optimise.skin import SkinGains
 from riglens.core.rig.model import Rig

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from riglens.core.errors import IsStale, never_stale
 from riglens.core.optimise.makers import Maker
-from riglens.core.optimise.mounts import Candidate
 from riglens.core.optimise.objectives import Objective
+from riglens.core.optimise.placing import Candidate
 from riglens.core.rig.model import Rig, Sensor
 
 Doubles = NDArray[np.float64]

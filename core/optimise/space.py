@@ -10,10 +10,11 @@ import numpy as np
 
 from riglens.core.errors import IsStale
 from riglens.core.optimise.bounds import Cap
+from riglens.core.optimise.candidates import Choices, choices_of, mounted
 from riglens.core.optimise.guard import ObjectSampler
 from riglens.core.optimise.makers import GroundTableMaker, Maker, TableMaker
-from riglens.core.optimise.mounts import Candidate, Choices, choices_of, mounted
 from riglens.core.optimise.object_makers import maker_of
+from riglens.core.optimise.placing import Candidate
 from riglens.core.optimise.problem import Problem
 from riglens.core.optimise.results import Progress
 from riglens.core.optimise.search import AtLeast, Limits, greedy

@@ -13,7 +13,7 @@ from riglens.core.optimise.weights import Weights
 from riglens.core.option_help import OptionHelp
 
 if TYPE_CHECKING:  # loads the compiler
-    from riglens.core.optimise.mounts import Additions
+    from riglens.core.optimise.additions import Additions
     from riglens.core.optimise.problem import Problem
     from riglens.core.review.mounts import MountLimits
     from riglens.core.rig.model import Rig
@@ -167,7 +167,7 @@ class SearchOptions:
 
     def additions(self, rules: MountLimits | None = None) -> Additions:
         """Return what may be added, by these rules instead of those of the options."""
-        from riglens.core.optimise.mounts import Additions, counts_of
+        from riglens.core.optimise.additions import Additions, counts_of
 
         models, counts = counts_of(self.add)
         return Additions(
@@ -185,7 +185,7 @@ class SearchOptions:
 
     def problem(self, rig: Rig, traffic: Traffic, additions: Additions | None = None, **more: Any) -> Problem:
         """Return the problem of a rig in traffic; `more`: its further fields."""
-        from riglens.core.optimise.mounts import moves_of
+        from riglens.core.optimise.additions import moves_of
         from riglens.core.optimise.problem import Problem
 
         return Problem(

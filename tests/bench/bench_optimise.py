@@ -11,8 +11,9 @@ from statistics import median
 
 import numpy as np
 
+from riglens.core.optimise.additions import Additions
 from riglens.core.optimise.bounds import branch_and_bound
-from riglens.core.optimise.mounts import Additions, candidates, conflicts, rules_for
+from riglens.core.optimise.candidates import candidates, conflicts, rules_for
 from riglens.core.optimise.object_makers import HitTableMaker, hit_shares
 from riglens.core.optimise.problem import Problem
 from riglens.core.optimise.run import optimise, skin_gains

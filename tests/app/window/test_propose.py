@@ -33,7 +33,7 @@ from riglens.app.window.settings import Settings
 from riglens.core.errors import InputError
 from riglens.core.figures.text import value_text
 from riglens.core.geometry import Pose
-from riglens.core.optimise.mounts import Move
+from riglens.core.optimise.additions import Move
 from riglens.core.optimise.problem import Problem
 from riglens.core.optimise.run import finished
 from riglens.core.rig.yaml.file import load_rig

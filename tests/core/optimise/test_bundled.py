@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from riglens.core.optimise.additions import Additions
 from riglens.core.optimise.bounds import branch_and_bound, fractional_bound
-from riglens.core.optimise.mounts import Additions, candidates, conflicts, rules_for
+from riglens.core.optimise.candidates import candidates, conflicts, rules_for
 from riglens.core.optimise.object_makers import HitTableMaker, hit_shares
 from riglens.core.optimise.search import Limits, search
 from riglens.core.optimise.tables import CoverTable

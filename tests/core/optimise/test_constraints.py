@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
-from riglens.core.optimise.mounts import Additions, Move, choices_of, mounted, rules_for
+from riglens.core.optimise.additions import Additions, Move
+from riglens.core.optimise.candidates import choices_of, mounted, rules_for
 from riglens.core.optimise.search import search
 from riglens.core.optimise.space import filled
 from riglens.core.review.mounts import MountLimits, Overhang, violations

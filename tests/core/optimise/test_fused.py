@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from riglens.core.optimise.additions import Additions
 from riglens.core.optimise.bounds import bounded
 from riglens.core.optimise.fused import FusedTable, Hits
 from riglens.core.optimise.guard import ObjectSampler
-from riglens.core.optimise.mounts import Additions
 from riglens.core.optimise.object_makers import FusedMaker, maker_of
 from riglens.core.optimise.objectives import objective_named, objectives
 from riglens.core.optimise.problem import Problem

@@ -5,13 +5,8 @@ import pytest
 
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
-from riglens.core.optimise.mounts import (
-    Additions,
-    Move,
-    candidates,
-    conflicts,
-    rules_for,
-)
+from riglens.core.optimise.additions import Additions, Move
+from riglens.core.optimise.candidates import candidates, conflicts, rules_for
 from riglens.core.optimise.spots import skin_spots
 from riglens.core.review.mounts import KeepOut, MountLimits, Overhang, violations
 from riglens.core.rig.edits import mirrored_pose

@@ -9,9 +9,9 @@ from riglens.core.engine.engine import Engine
 from riglens.core.errors import InputError
 from riglens.core.figures.objects import ObjectFigure
 from riglens.core.metric.scores import MetricSettings
+from riglens.core.optimise.additions import Additions
 from riglens.core.optimise.guard import ObjectSampler
 from riglens.core.optimise.makers import TableMaker
-from riglens.core.optimise.mounts import Additions
 from riglens.core.optimise.object_makers import maker_of
 from riglens.core.optimise.objectives import WORST, objective_named
 from riglens.core.optimise.problem import Problem

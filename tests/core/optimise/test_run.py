@@ -11,6 +11,8 @@ from riglens.core.blind.zones import BlindEngine, BlindSettings
 from riglens.core.errors import Cancelled, InputError
 from riglens.core.figures.evaluated import EvaluationSettings, Evaluator
 from riglens.core.metric.scores import MetricSettings
+from riglens.core.optimise.additions import Additions, Move, counts_of
+from riglens.core.optimise.candidates import candidates, rules_for
 from riglens.core.optimise.guard import (
     HELD_OUT,
     GuardResult,
@@ -20,7 +22,6 @@ from riglens.core.optimise.guard import (
     sampled_cases,
     verdict,
 )
-from riglens.core.optimise.mounts import Additions, Move, candidates, counts_of, rules_for
 from riglens.core.optimise.problem import Problem
 from riglens.core.optimise.results import OptimiseResult, Progress
 from riglens.core.optimise.run import finished, optimise, skin_gains

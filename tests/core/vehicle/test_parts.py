@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from riglens.core.geometry import Pose
-from riglens.core.optimise.mounts import Additions, candidates
+from riglens.core.optimise.additions import Additions
+from riglens.core.optimise.candidates import candidates
 from riglens.core.review.mounts import MountLimits, mounts_of, violations
 from riglens.core.rig.library import default_library
 from riglens.core.rig.model import PARAMETRIC_BODIES, Rig, Vehicle
