@@ -7,7 +7,15 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from riglens.arguments import StrPath
-from riglens.core.optimise.additions import LEVELS_DEG, TURNS_DEG, USUAL_RULES, Additions, counts_of, moves_of
+from riglens.core.optimise.additions import (
+    LEVELS_DEG,
+    SPACING_M,
+    TURNS_DEG,
+    USUAL_RULES,
+    Additions,
+    counts_of,
+    moves_of,
+)
 from riglens.core.optimise.problem import Problem
 from riglens.core.optimise.results import OptimiseResult
 from riglens.core.optimise.run import finished
@@ -37,7 +45,7 @@ def optimise(
     cost: Mapping[str, float] | None = None,
     budget: float = float("inf"),
     limits: MountLimits = USUAL_RULES,
-    spots_m: float = 0.2,
+    spots_m: float = SPACING_M,
     box_m: tuple[tuple[float, float], ...] | None = None,
     tilts_deg: Sequence[float] | None = None,
     yaw_deg: Sequence[float] = (0.0,),

@@ -15,7 +15,7 @@ from riglens.core.errors import Cancelled, InputError, IsStale, never_stale
 from riglens.core.optimise.additions import Additions, Move
 from riglens.core.optimise.placing import STAYS, Candidate, Wish, is_near, wishes
 from riglens.core.optimise.search import Limits
-from riglens.core.optimise.spots import Spot, box_spots, skin_spots
+from riglens.core.optimise.spots import Spot, box_spots, skin_spots, suits, windscreen_spots
 from riglens.core.review.mounts import (
     SIDES,
     MountLimits,
@@ -25,6 +25,7 @@ from riglens.core.review.mounts import (
     is_kept_out,
     sizes_m,
     usual_keep_out,
+    zones_for,
 )
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.vehicle.solid import solid_of
@@ -66,10 +67,17 @@ def candidates(
         spots = box_spots(additions.box_m, additions.spots_m, solid)
         left = len(spots)
     else:
-        spots = skin_spots(rig.vehicle, additions.spots_m, seed)
+        spots = [
+            *skin_spots(rig.vehicle, additions.spots_m, seed),
+            *windscreen_spots(rig.vehicle, additions.spots_m, seed),
+        ]
         left = len(spots)
         flip = np.array([1.0, -1.0, 1.0])
-        spots += [Spot(spot.point_m * flip, spot.normal * flip) for spot in spots if spot.point_m[1] > 0.05]
+        spots += [
+            replace(spot, point_m=spot.point_m * flip, normal=spot.normal * flip)
+            for spot in spots
+            if spot.point_m[1] > 0.05
+        ]
         if any(wish.central for wish in asked):
             spots += _in_the_middle(spots[:left], additions.spots_m, skin_of(solid))
     rest = locked(rig, moves)
@@ -79,19 +87,20 @@ def candidates(
     own_out = _outs(rest, outline, rest.sensors) if any(most is not None for most in sizes) else None
 
     def keep(
-        wish: Wish, spot: Spot, number: int, tilts_deg: Sequence[float], near: Callable[[], Skin]
+        wish: Wish, spot: Spot, number: int, tilts_deg: Sequence[float], near: Callable[[float], Skin]
     ) -> None:
         some = (wish.at(spot, number, tilt, yaw) for tilt in tilts_deg for yaw in wish.yaw_deg)
         keeps = (not rig.vehicle.has_mesh_file, rules, rest, outline, taken, own_out)
         kept = (one for one in some if one is not None and _keeps(one, spot, near, *keeps))
-        found.extend(one for one in kept if spot.is_free or not is_inside(one.places_m[0], solid))
+        is_open = spot.is_free or spot.behind_glass
+        found.extend(one for one in kept if is_open or not is_inside(one.places_m[0], solid))
 
     for number, spot in enumerate(spots):
         if is_stale():
             raise Cancelled
-        near = cache(partial(skin.near, spot.point_m, _NEAR_M))
+        near = cache(partial(_beside, skin, spot))
         for wish in asked:
-            if is_near(wish, spot, number < left):
+            if is_near(wish, spot, number < left) and suits(wish.sensors[0], spot, rig.vehicle):
                 keep(wish, spot, number, wish.tilts_deg, near)
     for slot, move in enumerate(moves, 1):
         own = move.sensors_of(rig)
@@ -102,7 +111,7 @@ def candidates(
         for wish in asked:
             if wish.slot == slot:
                 tilts = [tilt for tilt in wish.tilts_deg if tilt != 0.0 or wish.sensors != own]
-                keep(wish, Spot(place, normal, True), STAYS, tilts, lambda: skin)
+                keep(wish, Spot(place, normal, True), STAYS, tilts, lambda _: skin)
     if len(found) <= len(moves):
         where = "on the car's skin" if additions.box_m is None else "in the box"
         raise InputError(f"no mount {where} keeps all limits: relax height, spacing, beyond or keep-out")
@@ -172,14 +181,20 @@ def _in_the_middle(spots: Sequence[Spot], spacing_m: float, skin: Skin) -> list[
         if 0.0 < spot.point_m[1] <= spacing_m / 2.0:
             x, _, z = skin.nearest(spot.point_m * [1.0, 0.0, 1.0]).tolist()
             normal = spot.normal * [1.0, 0.0, 1.0]
-            found.append(Spot(np.array([x, 0.0, z]), normal / np.linalg.norm(normal), is_middle=True))
+            normal /= np.linalg.norm(normal)
+            found.append(replace(spot, point_m=np.array([x, 0.0, z]), normal=normal, is_middle=True))
     return found
+
+
+def _beside(skin: Skin, spot: Spot, side: float) -> Skin:
+    """Return the part of the car at a spot, or with -1 at its image."""
+    return skin.near(spot.point_m * [1.0, side, 1.0], _NEAR_M)
 
 
 def _keeps(
     one: Candidate,
     spot: Spot,
-    near: Callable[[], Skin],
+    near: Callable[[float], Skin],
     has_materials: bool,
     rules: MountLimits,
     rig: Rig,
@@ -187,9 +202,10 @@ def _keeps(
     taken: Doubles,
     own_out: Doubles | None,
 ) -> bool:
-    """Return whether a candidate by itself keeps the rules next to the rig's own sensors; a car is symmetric.
+    """Return whether a candidate by itself keeps the rules next to the rig's own sensors.
 
-    near: makes the part of the car at the spot; own_out: how far the rig's own sensors stick out, where sizes matter.
+    near: makes the part of the car at the spot, or with -1 at its image; own_out: how far the rig's own sensors stick
+    out, where sizes matter.
     """
     places = one.places_m
     low, high = rules.height_m or (-math.inf, math.inf)
@@ -212,19 +228,37 @@ def _keeps(
             return False
     if spot.is_free:
         return True
-    skin, place = near(), np.array(one.sensors[0].position)
+    return all(
+        _stands_free(sensor, near(side), spot.behind_glass, has_materials, rules, rig, outline)
+        for sensor, side in zip(one.sensors, (1.0, -1.0), strict=False)
+    )
+
+
+def _stands_free(
+    sensor: Sensor,
+    skin: Skin,
+    behind_glass: bool,
+    has_materials: bool,
+    rules: MountLimits,
+    rig: Rig,
+    outline: Outline,
+) -> bool:
+    """Return whether a sensor is near the part of the car around it, and in no zone. Sides of a car differ by rounding,
+    so each sensor of a pair is looked at."""
     if not len(skin.low):
         return False
+    place = np.array(sensor.position)
     foot = skin.nearest(place)
     if rules.gap_m is not None and float(np.linalg.norm(foot - place)) > rules.gap_m:
         return False
     x, y, z = foot.tolist()
-    footing = footing_of(one.sensors[0], (x, y, z), skin, has_materials)
-    for at_m in ((x, y, z), (x, -y, z))[: len(one.sensors)]:
-        image, zones = replace(footing, at_m=at_m), rules.keep_out or ()
-        if is_kept_out(rig, at_m) or any(is_in_zone(zone, image, rig, outline) for zone in zones):
-            return False
-    return True
+    footing, zones = (
+        footing_of(sensor, (x, y, z), skin, has_materials),
+        zones_for(sensor, rules.keep_out or (), behind_glass),
+    )
+    return not (
+        is_kept_out(rig, footing.at_m) or any(is_in_zone(zone, footing, rig, outline) for zone in zones)
+    )
 
 
 def _outs(rig: Rig, outline: Outline, sensors: Sequence[Sensor]) -> Doubles:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -49,9 +50,7 @@ class Chances:
     @classmethod
     def of(cls, figure: Figure, settings: TargetSettings) -> Chances:
         """Return the chances of a figure that has them."""
-        found = _found_by(figure, settings)
-        assert found is not None
-        return found
+        return _makers(settings)[figure.key]()
 
     def counts(self, traffic: Traffic, box: NDArray[np.int64]) -> Flags:
         """Return which objects count, of those at some places of the traffic, (k,)."""
@@ -65,26 +64,27 @@ class Chances:
 
 def has_chances(figure: Figure) -> bool:
     """Return whether a figure is made of chances."""
-    return _found_by(figure, TargetSettings()) is not None
+    return figure.key in _makers(TargetSettings())
 
 
-def _found_by(figure: Figure, settings: TargetSettings) -> Chances | None:
-    further = {kind.name: kind for kind in further_kinds(kind.name for kind in kinds())}
-    least = {SHARE_1.key: 1, SHARE_5.key: 5, ENOUGH_POINTS.key: settings.min_points}
-    if figure is PREDICTED:
-        calibration = settings.calibration or shipped()
-        return _calibrated(calibration, _by_cameras(calibration))
-    if figure is FOUND and settings.recall is not None:
-        return _calibrated(settings.recall, _by_none, settings.recall.domain)
-    if figure is SEEN_BY_CAMERAS:
-        return Chances(_NO_LIDARS, _shown)
-    if figure is MISSED and all(map(_detects_alone, further.values())):
-        return Chances(_from(settings.min_points), _detected, offset=1.0, sign=-1.0)
-    if figure.key in least:
-        return Chances(_from(least[figure.key]), _by_none)
-    if figure.key in further and _detects_alone(further[figure.key]):
-        return Chances(_NO_LIDARS, _detected)
-    return None
+def _makers(settings: TargetSettings) -> dict[str, Callable[[], Chances]]:
+    """Return what makes the chances of figures, by key."""
+    calibration, recall = settings.calibration or shipped(), settings.recall
+    alone = [kind for kind in further_kinds(kind.name for kind in kinds()) if _detects_alone(kind)]
+    missed = partial(Chances, _from(settings.min_points), _detected, offset=1.0, sign=-1.0)
+    found: dict[str, Callable[[], Chances]] = {
+        PREDICTED.key: lambda: _calibrated(calibration, _by_cameras(calibration)),
+        SEEN_BY_CAMERAS.key: lambda: Chances(_NO_LIDARS, _shown),
+        SHARE_1.key: lambda: Chances(_from(1), _by_none),
+        SHARE_5.key: lambda: Chances(_from(5), _by_none),
+        ENOUGH_POINTS.key: lambda: Chances(_from(settings.min_points), _by_none),
+        **{kind.name: lambda: Chances(_NO_LIDARS, _detected) for kind in alone},
+    }
+    if recall is not None:
+        found[FOUND.key] = lambda: _calibrated(recall, _by_none, recall.domain)
+    if all(map(_detects_alone, further_kinds(kind.name for kind in kinds()))):
+        found[MISSED.key] = missed
+    return found
 
 
 def _detects_alone(kind: AnyKind) -> bool:

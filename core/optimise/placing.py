@@ -91,7 +91,7 @@ def wishes(rig: Rig, additions: Additions, moves: Sequence[Move]) -> list[Wish]:
     """Return what may be mounted, of the models that the budget buys."""
     if (
         additions.box_m is not None
-        and any(1 in additions.sizes_of(m) for m in additions.counts)
+        and any(1 in additions.sizes_of(model) for model in additions.models if additions.group_of(model))
         and additions.mirrored
     ):
         raise InputError("must be an even number of sensors in a box", "add")
@@ -105,7 +105,8 @@ def wishes(rig: Rig, additions: Additions, moves: Sequence[Move]) -> list[Wish]:
     for model in models:
         plain = default_library().entry(model).sensor(model, Pose())
         yaws = additions.yaw_deg if _looks_one_way(plain) else (0.0,)
-        slot = 1 + len(moves) + list(additions.counts).index(model) if model in additions.counts else 0
+        group = additions.group_of(model)
+        slot = 1 + len(moves) + list(additions.counts).index(group) if group else 0
         for size in additions.sizes_of(model):
             cost, central = additions.costs.get(model, 1.0) * size, additions.mirrored and size == 1
             if cost <= additions.budget:
@@ -149,7 +150,8 @@ def _placed(spot: Spot, plain: Sensor, tilt_deg: float, is_new: bool, yaw_deg: f
     their turn."""
     outwards = spot.normal[:2]
     if np.linalg.norm(outwards) < _FLAT:
-        outwards = np.array([0.0, math.copysign(1.0, spot.point_m[1])])
+        ends = np.array([math.copysign(1.0, spot.point_m[0]), 0.0])
+        outwards = ends if spot.is_middle else np.array([0.0, math.copysign(1.0, spot.point_m[1])])
     x, y = (outwards / np.linalg.norm(outwards)).tolist()
     heading = math.degrees(math.atan2(y, x)) + yaw_deg if _looks_one_way(plain) else 0.0
     own = Pose((0.0, 0.0, 0.0), (0.0, 0.0, heading) if is_new else plain.rpy_deg)
@@ -161,7 +163,8 @@ def _placed(spot: Spot, plain: Sensor, tilt_deg: float, is_new: bool, yaw_deg: f
     position = spot.point_m
     if not spot.is_free:
         turned = plain.with_pose(Pose((0.0, 0.0, 0.0), (roll, pitch, yaw)))
-        position = position - float((housing_corners_m(turned) @ spot.normal).min()) * spot.normal
+        out = housing_corners_m(turned) @ spot.normal
+        position = position - float(out.max() if spot.behind_glass else out.min()) * spot.normal
         position = np.array([round(float(value), 4) + 0.0 for value in position])
     px, py, pz = position.tolist()
     return plain.with_pose(Pose((px, py, pz), (roll, pitch, yaw)))

@@ -13,7 +13,7 @@ from riglens.core.optimise.problem import Problem
 from riglens.core.optimise.results import OptimiseResult, Progress, Proposal
 from riglens.core.optimise.skin import SkinGains
 from riglens.core.optimise.solving import Solution, by_hand, solved
-from riglens.core.optimise.space import CASTING, Space, cast
+from riglens.core.optimise.space import CASTING, Space, cast, choices_for
 
 Steps = Generator[Progress, None, OptimiseResult]
 
@@ -25,7 +25,7 @@ def optimise(problem: Problem, threads: int | None = None, is_stale: IsStale = n
     The result does not depend on the number of threads.
     """
     workers = jit.use_threads(threads)
-    space = yield from cast(problem, workers, is_stale)
+    space = yield from cast(problem, choices_for(problem, is_stale), workers, is_stale)
     solution = yield from _shown(space, solved(space))
     bound, ground, sets = solution.bound, space.ground, solution.sets
     above = None if bound is None else bound.value
@@ -85,7 +85,8 @@ def skin_gains(
 
     Raise InputError for an objective without tables.
     """
-    space = yield from cast(problem, jit.use_threads(threads), is_stale)
+    workers = jit.use_threads(threads)
+    space = yield from cast(problem, choices_for(problem, is_stale), workers, is_stale)
     if space.skin is None:
         raise InputError(
             f"{problem.objective} has no gains to show on the car: choose another one", "objective"

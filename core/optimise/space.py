@@ -146,9 +146,15 @@ def _rig_with(rig: Rig, choices: Choices, chosen: Sequence[int], name: str = "pr
     return found.replace(name=f"{found.name[:150]}, {name}")
 
 
-def cast(problem: Problem, workers: int, is_stale: IsStale) -> Generator[Progress, None, Space]:
+def choices_for(problem: Problem, is_stale: IsStale) -> Choices:
+    """Return the candidates of a problem, with the limits of sets of them."""
+    return choices_of(problem.rig, problem.additions, problem.seed, is_stale, problem.moves)
+
+
+def cast(
+    problem: Problem, choices: Choices, workers: int, is_stale: IsStale
+) -> Generator[Progress, None, Space]:
     """Cast the coverage of the rig and of each candidate, in an order drawn by the seed; build the tables."""
-    choices = choices_of(problem.rig, problem.additions, problem.seed, is_stale, problem.moves)
     listed, limits, goal = choices.candidates, choices.limits, problem.goal
     sampler = ObjectSampler(problem.traffic, workers, goal, problem.weights, is_stale)
     ground = None if problem.blind_m is None else GroundTableMaker(problem.rig, problem.blind_m, workers)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.rig.model import Vehicle
+from riglens.core.rig.model import Sensor, Vehicle
+from riglens.core.sensors.registry import kind_of
 from riglens.core.vehicle.solid import MATERIALS, Solid, solid_of
 from riglens.core.vehicle.standing import mount_status
 
@@ -20,6 +21,12 @@ if TYPE_CHECKING:
 Doubles = NDArray[np.float64]
 SKIN = ("paint", "panel", "trim")
 """Materials that carry sensors; the bodies of mesh files are of paint."""
+BUMPERS = 0.12
+"""Share of a car's length that its bumpers and their corners take at either end: our choice."""
+WINDSCREEN_TOP, WINDSCREEN_MIDDLE = 0.5, 0.2
+"""Part of the windscreen behind which cameras stand: share of its height from the top, and of the car's width to either
+side of the middle. Our choice of "above the rear view mirror" (Tesla, "Model 3 Owner's Manual")."""
+_FORWARD, _UPRIGHT = 0.2, 0.6
 _SAMPLES_A_M2 = 4000.0
 _MOST_SAMPLES = 400_000
 _UNDERSIDE = -0.35
@@ -29,22 +36,52 @@ _LIFT_M = 0.005
 @dataclass(frozen=True)
 class Spot:
     """A place on the skin and its outward unit normal, both (3,); a free one is where the middle of a sensor is, a
-    middle one is for single sensors among pairs."""
+    middle one is for single sensors among pairs; at one behind glass a sensor stands inside."""
 
     point_m: Doubles
     normal: Doubles
     is_free: bool = False
     is_middle: bool = False
+    behind_glass: bool = False
 
 
-def skin_spots(vehicle: Vehicle, spacing_m: float, seed: int = 0) -> list[Spot]:
+def suits(sensor: Sensor, spot: Spot, vehicle: Vehicle) -> bool:
+    """Return whether a kind of sensor is mounted at such places of a car: some in bumpers alone, behind the windscreen
+    what sees through glass, others anywhere on the skin."""
+    if spot.behind_glass:
+        return kind_of(sensor).occlusion.sees_through_glass
+    heights_m = kind_of(sensor).placement.in_bumpers_m
+    if spot.is_free or heights_m is None:
+        return True
+    is_end = abs(float(spot.point_m[0])) >= (0.5 - BUMPERS) * vehicle.length
+    is_upright = abs(float(spot.normal[2])) <= _UPRIGHT
+    return is_end and is_upright and heights_m[0] <= float(spot.point_m[2]) <= heights_m[1]
+
+
+def windscreen_spots(vehicle: Vehicle, spacing_m: float, seed: int = 0) -> list[Spot]:
+    """Return spots at the top of the windscreen's left half, around the mirror, behind its glass."""
+    wide_m = WINDSCREEN_MIDDLE * vehicle.width
+    panes = skin_spots(vehicle, spacing_m, seed, ("glass",))
+    panes = [one for one in panes if one.normal[0] > _FORWARD and one.point_m[1] <= wide_m]
+    heights_m = [float(one.point_m[2]) for one in panes]
+    low, high = min(heights_m, default=0.0), max(heights_m, default=0.0)
+    return [
+        replace(one, behind_glass=True)
+        for one in panes
+        if one.point_m[2] >= high - WINDSCREEN_TOP * (high - low)
+    ]
+
+
+def skin_spots(
+    vehicle: Vehicle, spacing_m: float, seed: int = 0, materials: Sequence[str] = SKIN
+) -> list[Spot]:
     """Return spots on the left half of a car's skin, at least `spacing_m` apart, in the order of their draw.
 
     Points are drawn evenly by area; each one that sees the sky or the road straight ahead of the surface and keeps its
     distance is taken (Poisson-disk sampling by dart throwing).
     """
     solid = solid_of(vehicle)
-    corners = solid.triangles_m[np.isin(solid.materials, [MATERIALS.index(name) for name in SKIN])]
+    corners = solid.triangles_m[np.isin(solid.materials, [MATERIALS.index(name) for name in materials])]
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     double = np.linalg.norm(across, axis=1)
     if not len(corners):

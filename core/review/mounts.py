@@ -14,10 +14,11 @@ from riglens.core.blind.outline import Outline
 from riglens.core.geometry import Vec3
 from riglens.core.plain import Frozen
 from riglens.core.rig.model import Rig, Sensor, Vehicle
+from riglens.core.sensors.registry import kind_named, kinds
 from riglens.core.vehicle.housings import half_size_m, housing_corners_m
 from riglens.core.vehicle.parts import PARTS
 from riglens.core.vehicle.solid import MATERIALS, Solid, solid_of
-from riglens.core.vehicle.standing import MountStatus, Skin, mount_status, skin_of
+from riglens.core.vehicle.standing import MountStatus, Skin, skin_of, status_of
 
 Doubles = NDArray[np.float64]
 Limit = Annotated[float, Field(allow_inf_nan=False, ge=-100.0, le=100.0)]
@@ -45,12 +46,13 @@ class Box(Frozen):
 
 class KeepOut(Frozen):
     """Keep-out zone on the car: a part of the body or a material that the housing covers, boxes in which its place on
-    the skin lies, or all that are given at once."""
+    the skin lies, or all that are given at once; but not for the kinds of sensors that it allows."""
 
     name: Annotated[str, Field(min_length=1, max_length=100)]
     part: str | None = None
     material: str | None = None
     boxes: Annotated[tuple[Box, ...], Field(max_length=100)] = ()
+    allows: Annotated[tuple[str, ...], Field(max_length=100)] = ()
 
     @model_validator(mode="after")
     def _known(self) -> Self:
@@ -59,21 +61,38 @@ class KeepOut(Frozen):
         for name, known in (("part", PARTS), ("material", MATERIALS)):
             if getattr(self, name) not in (None, *known):
                 raise ValueError(f"{name} must be one of {', '.join(known)} (got '{getattr(self, name)}')")
+        for kind in self.allows:
+            if kind_named(kind) is None:
+                known_kinds = ", ".join(one.name for one in kinds())
+                raise ValueError(f"allows must name kinds of sensors: {known_kinds} (got '{kind}')")
         return self
 
 
+def _allows(part: str) -> tuple[str, ...]:
+    """Return the kinds of sensors that may sit on a part."""
+    return tuple(kind.name for kind in kinds() if part in kind.placement.may_cover)
+
+
 _DOOR = {"x": (0.28, 0.72), "z": (0.2, 0.62)}
-USUAL_KEEP_OUT = tuple(KeepOut(name=part, part=part) for part in PARTS if part != "body")
+USUAL_KEEP_OUT = tuple(
+    KeepOut(name=part, part=part, allows=_allows(part)) for part in PARTS if part != "body"
+)
 """Usual keep-out zones of bodies that name their parts: our choice."""
 UNNAMED_KEEP_OUT = (
     KeepOut(name="door", boxes=(Box(y=(0.9, 1.1), **_DOOR), Box(y=(-0.1, 0.1), **_DOOR))),
-    KeepOut(name="door mirror", boxes=(Box(y=(1.001, 10.0)), Box(y=(-10.0, -0.001)))),
+    KeepOut(
+        name="door mirror",
+        boxes=(Box(y=(1.001, 10.0)), Box(y=(-10.0, -0.001))),
+        allows=_allows("door mirror"),
+    ),
 )
 """Those of a mesh that does not: our choice, as are the shares of a car's sides that are doors."""
 REACH_M = 0.02
 """Least distance of a part from the box around a housing: room for a seal or a bracket, our choice."""
 
 
+ONE_PLACE_M = 0.01
+"""Two sensors whose middles are nearer are in one place, where only one can be: our choice."""
 OWN_ZONE = "of the rig"
 """Name of the zone that a rig's own `keep_out` is."""
 
@@ -136,6 +155,11 @@ class Mount:
         """Return whether any of its housing is in the road."""
         return self.status.below_ground or self.lowest_m < 0.0
 
+    @property
+    def is_in_one_place(self) -> bool:
+        """Return whether another sensor is where it is."""
+        return self.neighbour_m < ONE_PLACE_M
+
 
 @dataclass(frozen=True)
 class Violation:
@@ -170,7 +194,7 @@ def footing_of(sensor: Sensor, at_m: Vec3, skin: Skin, has_materials: bool) -> F
 @lru_cache(maxsize=64)  # while one sensor moves, the others cost nothing
 def _footing(sensor: Sensor, solid: Solid, has_materials: bool) -> tuple[MountStatus, Footing]:
     """Return the mount status of a sensor on a car, and what it stands on."""
-    standing = mount_status(sensor.position, solid)
+    standing = status_of(sensor, solid)
     if standing.nearest_m is None:
         return standing, Footing(sensor.position, frozenset(), frozenset(), frozenset())
     return standing, footing_of(sensor, standing.nearest_m, skin_of(solid), has_materials)
@@ -191,7 +215,8 @@ def mounts_of(rig: Rig, keep_out: tuple[KeepOut, ...] | None = None) -> tuple[Mo
     for sensor in sensors:
         standing, footing = _footing(sensor, solid, not rig.vehicle.has_mesh_file)
         materials = footing.materials
-        zones = tuple(zone.name for zone in keep_out if is_in_zone(zone, footing, rig, outline))
+        judged = zones_for(sensor, keep_out, standing.behind_glass)
+        zones = tuple(zone.name for zone in judged if is_in_zone(zone, footing, rig, outline))
         zones += (OWN_ZONE,) * is_kept_out(rig, footing.at_m)
         beyond = dict(zip(SIDES, beyond_m(sensor, rig, outline).tolist(), strict=True))
         found.append(
@@ -235,6 +260,12 @@ def is_kept_out(rig: Rig, at_m: tuple[float, float, float]) -> bool:
     return bool((np.linalg.norm(spots[:, :3] - at_m, axis=1) <= spots[:, 3]).any())
 
 
+def zones_for(sensor: Sensor, keep_out: tuple[KeepOut, ...], behind_glass: bool) -> tuple[KeepOut, ...]:
+    """Return the zones that keep a sensor out: not those that allow its kind, nor glass where it is behind a pane."""
+    found = (zone for zone in keep_out if sensor.kind not in zone.allows)
+    return tuple(one for one in found if not (behind_glass and "glass" in (one.part, one.material)))
+
+
 def is_in_zone(zone: KeepOut, footing: Footing, rig: Rig, outline: Outline) -> bool:
     """Return whether a sensor is in a zone."""
     if zone.part is not None and zone.part not in footing.parts:
@@ -274,7 +305,9 @@ def _complaints(mount: Mount, limits: MountLimits) -> list[str]:
         lines.append(
             f"height over the skin must be at most {limits.gap_m:g} m (is {mount.status.gap_m:.3f} m)"
         )
-    if limits.spacing_m is not None and mount.neighbour_m < limits.spacing_m:
+    if mount.is_in_one_place:
+        lines.append(f"is in one place with {mount.neighbour}")
+    elif limits.spacing_m is not None and mount.neighbour_m < limits.spacing_m:
         lines.append(
             f"distance from {mount.neighbour} must be at least {limits.spacing_m:g} m (is {mount.neighbour_m:.3f} m)"
         )

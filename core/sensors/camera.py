@@ -243,7 +243,14 @@ CAMERA = SensorKind(
     size=("pixels", lambda camera: f"{camera.image[0]} × {camera.image[1]}"),
     summary=_summary,
     occlusion=Occlusion(housing_radius_m=0.05, sees_through_glass=True),  # our choice
-    placement=Placement(above_roof_m=0.15, rpy_deg=outwards_rpy_deg, away_when_level=True),
+    # from below mirrors, and from tailgates and boot lids, as Tesla's above the number plate ("Model 3 Owner's Manual",
+    # About Autopilot): our choice
+    placement=Placement(
+        above_roof_m=0.15,
+        rpy_deg=outwards_rpy_deg,
+        away_when_level=True,
+        may_cover=("door mirror", "lid"),
+    ),
     hits=HitMeasure("pixels", threshold=25, label="pixels of height", unit="px"),
     library_figures=("pixel_um", "lens"),
     score_weight="lambda",

@@ -31,11 +31,17 @@ class Occlusion:
 @dataclass(frozen=True)
 class Placement:
     """Default mount of a new sensor: its height above the roof, and its rotation, in degrees, from the outward normal
-    (3,) of a surface; one that is kept level faces ahead, or `away_when_level` from the surface."""
+    (3,) of a surface; one that is kept level faces ahead, or `away_when_level` from the surface.
+
+    in_bumpers_m: heights from and to where it is mounted in bumpers, None for kinds that stand anywhere on the car;
+    may_cover: parts of the body, kept free of others, that it may sit on.
+    """
 
     above_roof_m: float
     rpy_deg: Callable[[Doubles], Vec3]
     away_when_level: bool = False
+    in_bumpers_m: tuple[float, float] | None = None
+    may_cover: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -117,7 +117,11 @@ RADAR = SensorKind(
     size=("scans", lambda radar: f"{len(radar.scans)}"),
     summary=_summary,
     occlusion=Occlusion(housing_radius_m=0.08, passes_within_m=0.25),
-    placement=Placement(above_roof_m=0.1, rpy_deg=outwards_rpy_deg, away_when_level=True),
+    # behind bumpers, as Tesla's ("Model 3 Owner's Manual", About Autopilot), not below 0.4 m (Autoliv, "Installation
+    # Specifications, Radar Sensor 24 GHz", 5.3.8); the upper end is our choice
+    placement=Placement(
+        above_roof_m=0.1, rpy_deg=outwards_rpy_deg, away_when_level=True, in_bumpers_m=(0.4, 0.75)
+    ),
     hits=HitMeasure("returns", threshold=1, label="returns", unit="returns"),
     limits_m=limits_m,
     in_field=in_field,

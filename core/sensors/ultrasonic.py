@@ -83,7 +83,10 @@ ULTRASONIC = SensorKind(
     size=("range", lambda sensor: f"{sensor.wall_range_m:.3g} m"),
     summary=_summary,
     occlusion=Occlusion(housing_radius_m=0.02, passes_within_m=0.05),  # our choice: flush with the bumper
-    placement=Placement(above_roof_m=0.02, rpy_deg=outwards_rpy_deg, away_when_level=True),
+    # in bumpers, as Tesla's ("Model 3 Owner's Manual", About Autopilot); the heights are our choice
+    placement=Placement(
+        above_roof_m=0.02, rpy_deg=outwards_rpy_deg, away_when_level=True, in_bumpers_m=(0.35, 0.75)
+    ),
     hits=HitMeasure("returns", threshold=1, label="returns", unit="returns"),
     limits_m=limits_m,
     in_field=in_field,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.geometry import Pose, Vec3
-from riglens.core.rig.model import Rig
+from riglens.core.rig.model import Rig, Sensor
+from riglens.core.sensors.registry import kind_of
 from riglens.core.vehicle.parts import overlaps
 from riglens.core.vehicle.placing import FAR_M
 from riglens.core.vehicle.solid import MATERIALS, Solid, solid_of
@@ -19,6 +20,8 @@ from riglens.core.vehicle.solid import MATERIALS, Solid, solid_of
 ALL_ROUND, LEVEL = 0.95, 0.8
 """A place is inside when this share of the directions above the horizon, and of those near it, meets the body."""
 NEAR_HORIZON = 0.2
+BEHIND_GLASS_M = 0.15
+"""Greatest distance behind a pane of a camera that stands behind it, as on windscreens: our choice."""
 _DIRECTIONS = 400
 Points = NDArray[np.float64]
 
@@ -26,7 +29,7 @@ Points = NDArray[np.float64]
 @dataclass(frozen=True)
 class MountStatus:
     """Mount of a sensor at `place_m`: `gap_m` to the nearest surface, inf without a body, at `nearest_m`; `drop_m`
-    straight down to the body, None if it is not above it."""
+    straight down to the body, None if it is not above it; behind_glass: it is inside, where it may be."""
 
     inside: bool
     below_ground: bool
@@ -34,6 +37,7 @@ class MountStatus:
     drop_m: float | None
     place_m: Vec3
     nearest_m: Vec3 | None = None
+    behind_glass: bool = False
 
     @property
     def is_far(self) -> bool:
@@ -92,7 +96,18 @@ def problems_in_short(stands: Mapping[str, MountStatus]) -> list[str]:
 def mount_statuses(rig: Rig) -> dict[str, MountStatus]:
     """Return the mount of each sensor of a rig, by name; InputError where the mesh of a file is needed and missing."""
     solid = solid_of(rig.vehicle)
-    return {sensor.name: mount_status(sensor.position, solid) for sensor in rig.sensors}
+    return {sensor.name: status_of(sensor, solid) for sensor in rig.sensors}
+
+
+def status_of(sensor: Sensor, solid: Solid) -> MountStatus:
+    """Return the mount of a sensor: one that sees through glass may be inside, right behind a pane."""
+    status = mount_status(sensor.position, solid)
+    if not (
+        status.inside and kind_of(sensor).occlusion.sees_through_glass and status.gap_m <= BEHIND_GLASS_M
+    ):
+        return status
+    pane = skin_of(solid).materials_at(np.array(status.nearest_m))
+    return replace(status, inside=False, behind_glass=True) if pane == {"glass"} else status
 
 
 def mount_status(position_m: Vec3, solid: Solid) -> MountStatus:

@@ -25,10 +25,13 @@ _LABELS = {
     "origin_m": "Origin",
     "px_per_m": "Pixels per metre",
     "roi_m": "Region",
-    "singles": "Single sensors instead",
+    "singles": "Allow single sensors",
+    "objective": "For",
     "spacing_m": "Minimum distance",
     "spots_m": "Mount spacing",
+    "tilt_deg": "Tilts outwards",
     "tolerance_pp": "Tolerance",
+    "yaw_deg": "Turns",
 }
 
 

@@ -36,7 +36,8 @@ class SearchOptions:
         tuple[str, ...],
         OptionHelp(
             "MODEL[:FROM-TO]",
-            "Library model to add, from how many to how many sensors; repeated: the search chooses among them.",
+            "Library model to add, or several with / between them, from how many to how many sensors; repeated: the "
+            "search chooses among them.",
         ),
     ] = ()
     count: Annotated[
@@ -52,7 +53,14 @@ class SearchOptions:
         tuple[float, ...],
         OptionHelp("DEG", "Turn of a sensor that looks one way, from straight out; may be repeated (0)."),
     ] = ()
-    spots_m: Annotated[float, OptionHelp("M", "Distance between neighbouring mounts on the skin.")] = 0.2
+    tilt_deg: Annotated[
+        tuple[float, ...],
+        OptionHelp(
+            "DEG",
+            "Lean of added sensors outwards, by which cameras look down; may be repeated (0, 8 and 15).",
+        ),
+    ] = ()
+    spots_m: Annotated[float, OptionHelp("M", "Distance between neighbouring mounts on the skin.")] = 0.14
     lowest_m: Annotated[float, OptionHelp("M", "Least height of a sensor over the ground.")] = 0.4
     spacing_m: Annotated[float, OptionHelp("M", "Least distance between two sensors.")] = 0.25
     beyond_m: Annotated[
@@ -167,7 +175,7 @@ class SearchOptions:
 
     def additions(self, rules: MountLimits | None = None) -> Additions:
         """Return what may be added, by these rules instead of those of the options."""
-        from riglens.core.optimise.additions import Additions, counts_of
+        from riglens.core.optimise.additions import LEVELS_DEG, Additions, counts_of
 
         models, counts = counts_of(self.add)
         return Additions(
@@ -181,6 +189,7 @@ class SearchOptions:
             box_m=self.box(),
             counts=counts,
             yaw_deg=self.yaw_deg or (0.0,),
+            tilts_deg=self.tilt_deg or LEVELS_DEG,
         )
 
     def problem(self, rig: Rig, traffic: Traffic, additions: Additions | None = None, **more: Any) -> Problem:

@@ -109,6 +109,14 @@ def test_a_json_file_is_written_beside_the_table(riglens, boxes, tmp_path):
         assert word in result.out
 
 
+def test_rigs_of_one_name_have_numbers_in_every_table(riglens, boxes):
+    result = riglens("evaluate", "W+T", "W+C", "W+T", "--boxes", boxes, *SMALL_GRID)
+    assert result.code == 0
+    rows = [line.split("  ")[1] for line in result.out.splitlines() if line.startswith("  W+")]
+    assert rows and set(rows) == {"W+T (1)", "W+C", "W+T (2)"}
+    assert rows.count("W+T (1)") == rows.count("W+T (2)") == rows.count("W+C")
+
+
 def test_the_table_fits_a_terminal_of_100_columns(riglens, boxes):
     result = riglens("evaluate", "W+C", "N+T", "--boxes", boxes, *SMALL_GRID)
     tables = [line for line in result.out.splitlines() if line.startswith(" ")]

@@ -26,7 +26,7 @@ from riglens.core.optimise.problem import Problem
 from riglens.core.optimise.results import OptimiseResult, Progress
 from riglens.core.optimise.run import finished, optimise, skin_gains
 from riglens.core.optimise.solving import solved
-from riglens.core.optimise.space import cast
+from riglens.core.optimise.space import cast, choices_for
 from riglens.core.review.mounts import MountLimits, violations
 from riglens.core.rig.edits import mirrored_pose, with_mirror_image
 from riglens.core.rig.model import Lidar, LinearAngles, Rig
@@ -172,7 +172,7 @@ def test_no_choice_within_the_numbers_of_a_list_is_better(seed: int, traffic: Tr
         costs={"generic-16": 0.8},
     )  # fmt: skip
     problem = Problem(RIG, traffic, added, frames=6, held_out=10, seed=seed)
-    space = done(cast(problem, 1, lambda: False))
+    space = done(cast(problem, choices_for(problem, lambda: False), 1, lambda: False))
     assert 4 <= len(space.candidates) <= 14
     best = 0
     for number in range(1 << len(space.candidates)):

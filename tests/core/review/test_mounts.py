@@ -23,11 +23,11 @@ from riglens.core.review.mounts import (
     violations,
 )
 from riglens.core.rig.library import sensor_from_model
-from riglens.core.rig.model import Camera, Rig, Vehicle
+from riglens.core.rig.model import Camera, Rig, Sensor, Vehicle
 from riglens.core.rig.yaml.file import dumps, loads, rig_sha256
 from riglens.core.vehicle.body import body_parts
 from riglens.core.vehicle.solid import Solid
-from riglens.core.vehicle.standing import MountStatus, mount_status
+from riglens.core.vehicle.standing import MountStatus, status_of
 from tests.core.review.scenes import BOX, camera, dense_lidar
 
 SEDAN = Vehicle()
@@ -208,12 +208,12 @@ def test_what_stood_before_is_not_looked_for_again_and_says_the_same(monkeypatch
     off = longer.with_sensor(roof.name, roof.replace(enabled=False))
     looked: list[tuple[float, float, float]] = []
 
-    def counted(place_m: tuple[float, float, float], solid: Solid) -> MountStatus:
-        looked.append(place_m)
-        return mount_status(place_m, solid)
+    def counted(sensor: Sensor, solid: Solid) -> MountStatus:
+        looked.append(sensor.position)
+        return status_of(sensor, solid)
 
     wanted = [violations(one, MountLimits(gap_m=0.05)) for one in (rig, moved, longer, off)]
-    monkeypatch.setattr(mounts_module, "mount_status", counted)
+    monkeypatch.setattr(mounts_module, "status_of", counted)
     mounts_module._footing.cache_clear()
     counts = []
     for one, lines in zip((rig, moved, longer, off), wanted, strict=True):
