@@ -196,9 +196,9 @@ GRID = "settings: {voxel_m: 0.5, roi_m: [20, 20, 4]}\n"
     ("limit", "status"),
     [
         ("{figure: made_up, class: car, at_least: 0.0}", "met"),
-        ("{figure: made_up, class: car, at_most: 0.0, ring_m: [0, 60]}", "not met"),
+        ("{figure: made_up, class: car, at_least: 1.0, ring_m: [0, 60]}", "not met"),
         ("{figure: unseen, class: car, at_most: 1.0}", "met"),
-        ("{figure: unseen, class: car, at_least: 1.0}", "not met"),
+        ("{figure: unseen, class: car, at_most: 0.0}", "not met"),
     ],
 )
 def test_a_file_of_requirements_can_limit_it(evaluator: Evaluator, limit: str, status: str) -> None:

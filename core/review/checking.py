@@ -128,9 +128,8 @@ class Check:
 
     def _finding(self, item: Item) -> Finding:
         one = item.requirement
-        if self._below_ground and not isinstance(one, Mounts):
-            line = f"below the ground: {', '.join(self._below_ground)}"
-            return Finding(None, details=(line,), is_impossible=True)
+        if self._impossible and not isinstance(one, Mounts):
+            return Finding(None, details=self._impossible, is_impossible=True)
         lack = self._lacking(one.kinds)
         if lack is not None:
             is_blind = not any(sensor.enabled for sensor in self._subject.rig.sensors)
@@ -158,10 +157,15 @@ class Check:
         return None
 
     @cached_property
-    def _below_ground(self) -> tuple[str, ...]:
-        """Return the sensors below the ground, where none can be: whatever they see proves nothing."""
+    def _impossible(self) -> tuple[str, ...]:
+        """Return which sensors are where none can be, below the ground or two in one place: whatever they see proves
+        nothing."""
         mounts = mounts_of(self._subject.rig, ())
-        return tuple(mount.name for mount in mounts if mount.is_below_ground)
+        wrong = {
+            "below the ground": [mount.name for mount in mounts if mount.is_below_ground],
+            "in one place": [mount.name for mount in mounts if mount.is_in_one_place],
+        }
+        return tuple(f"{what}: {', '.join(names)}" for what, names in wrong.items() if names)
 
     # ------------------------------------------------------------ what figures are made from
     @property
@@ -422,18 +426,21 @@ class Check:
     # ------------------------------------------------------------ mounts
     def _mounted(self, one: Mounts) -> Finding:
         rig = self._subject.rig
-        lines = tuple(f"{line.sensor}: {line.text}" for line in violations(rig, one))
+        violated = violations(rig, one)
+        lines = tuple(f"{line.sensor}: {line.text}" for line in violated)
         zones = USUAL_KEEP_OUT if one.keep_out is None else one.keep_out
         lacks_parts = not solid_of(rig.vehicle).names_parts
         judged = [zone.name for zone in UNNAMED_KEEP_OUT if one.keep_out is None]
         lacking = [z.name for z in zones if z.part is not None and lacks_parts and z.name not in judged]
         lacking += [z.name for z in zones if z.material is not None and rig.vehicle.has_mesh_file]
+        if one.keep_out is not None and not any(zone.allows == () for zone in one.keep_out):
+            lines = (*lines, "the file keeps no place free of all sensors")
         if not lacking:
-            return Finding(len(lines), details=lines)
+            return Finding(len(violated), details=lines)
         note = f"not judged, as the mesh file names no such parts: {', '.join(lacking)}"
-        if one.keep_out is not None and not lines:
+        if one.keep_out is not None and not violated:
             return missing(note)
-        return Finding(len(lines), details=(*lines, note))
+        return Finding(len(violated), details=(*lines, note))
 
 
 def _raised(draws: int, last: int) -> Iterator[int]:

@@ -97,7 +97,8 @@ class Verdict:
         """Return further lines: why it is required, details, its waiver."""
         one = self.item.requirement
         why = () if one.why is None or self.passes else (f"why: {one.why}",)
-        return (*self.finding.details, *why, *self._waiver_lines(day))
+        empty = ("no rig can miss this limit",) if one.is_met_by_all and self.status == "met" else ()
+        return (*self.finding.details, *empty, *why, *self._waiver_lines(day))
 
     def _waiver_lines(self, day: date | None) -> tuple[str, ...]:
         waiver = self.item.requirement.waived

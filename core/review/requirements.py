@@ -140,7 +140,7 @@ class Requirements(Frozen):
 
     @property
     def errors(self) -> dict[str, ToleranceProfile]:
-        """Profiles of errors by name: those that ship, and the file's own, which go before."""
+        """Profiles of errors by name: those that ship, and the file's own."""
         return {profile.name: profile for profile in (*PROFILES, *self.tolerance_profiles)}
 
     @property
@@ -194,6 +194,11 @@ class Requirements(Frozen):
         """Yield the problems with names in the file: duplicate ids, unknown tolerance profiles and, where they are
         given, unknown profiles of objects and unknown failures of rigs."""
         ids: set[str] = set()
+        shipped = {profile.name for profile in PROFILES}
+        for number, own in enumerate(self.tolerance_profiles):
+            if own.name in shipped:
+                message = f"'{own.name}' is the name of a profile that ships: choose another one"
+                yield ("tolerance_profiles", number, "name"), message
         for place, one in self._placed():
             if one.id is not None and one.id in ids:
                 yield (*place, "id"), f"'{one.id}' is the id of another requirement"

@@ -41,6 +41,8 @@ Words = Annotated[str, Field(min_length=1, max_length=500), AfterValidator(_not_
 Id = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,99}$")]
 MOST_RAISED = 1024
 """Draws up to which a chance is measured by default: the upper bound of none is 0.3 % then."""
+MOST_CHANCE = 0.5
+"""Largest chance of missing a limit that may be accepted: more than that and most cars would miss it; our choice."""
 Relation = Literal["at least", "at most"]
 _LIMITS = ("at_least", "at_most", "at_most_m2", "at_most_unseen")
 assert set(Sector.__args__) == set(SECTORS)  # type: ignore[attr-defined]
@@ -103,6 +105,11 @@ class Requirement(Frozen):
         """The limit; 0 where the requirement has no field for it."""
         limits: list[float] = [getattr(self, name) for name in _LIMITS if name in type(self).model_fields]
         return limits[0] if limits else 0.0
+
+    @property
+    def is_met_by_all(self) -> bool:
+        """Return whether no figure can miss the limit."""
+        return self.unit == "share" and self.accepted == (0.0 if self.relation == "at least" else 1.0)
 
     @property
     def text(self) -> str:
@@ -170,6 +177,12 @@ class FigureLimit(Requirement):
     def _complete(self) -> Self:
         if (self.at_least is None) == (self.at_most is None):
             raise ValueError("must hold either at_least or at_most")
+        wrong = {"more": self.at_most, "less": self.at_least, "neither": None}[self.of.better]
+        if wrong is not None:
+            raise ValueError(
+                f"{self.of.better} of {in_sentence(self.of.title)} is better: "
+                f"{'at_least' if self.of.better == 'more' else 'at_most'} limits it"
+            )
         if self.of.unit == "share" and not 0.0 <= self.accepted <= 1.0:
             raise ValueError(
                 f"{self.relation.replace(' ', '_')} must be a share, 0 to 1 (got {self.accepted:g})"
@@ -249,7 +262,7 @@ class WorstCase(Requirement):
     failing: What | None = None
     under: str | None = None
     draws: Annotated[int, Field(ge=1, le=MAX_DRAWS)] = 64
-    chance_at_most: Annotated[float, Field(gt=0.0, le=1.0)] = 0.05
+    chance_at_most: Annotated[float, Field(gt=0.0, le=MOST_CHANCE)] = 0.05
 
     @property
     def case_text(self) -> str:
@@ -360,7 +373,7 @@ class Tolerated(Requirement):
     limit: Share
     draws: Annotated[int, Field(ge=8, le=MAX_DRAWS)] = 64
     max_draws: Annotated[int, Field(ge=8, le=MAX_DRAWS)] = MOST_RAISED
-    at_most: Share = 0.05
+    at_most: Annotated[float, Field(ge=0.0, le=MOST_CHANCE)] = 0.05
 
     @property
     def of(self) -> Figure:

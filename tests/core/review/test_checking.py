@@ -159,6 +159,49 @@ def test_no_figure_of_a_rig_with_a_sensor_below_the_ground_meets_a_requirement(
     assert not any("below the ground" in line for one in again for line in one.lines())
 
 
+@pytest.mark.parametrize("text", ABSENT)
+def test_no_figure_of_a_rig_with_two_sensors_in_one_place_meets_a_requirement(text: str) -> None:
+    rig = some_rig(6)
+    twin = rig.sensors[0].model_copy(update={"name": "twin"})
+    found = verdicts(rig.replace(sensors=(*rig.sensors, twin)), text.replace("}", ", allow_missing: true}"))
+    status = "not met" if text.startswith("mounts") else "not applicable"
+    assert [(one.status, one.passes) for one in found] == [(status, False)] * len(found) != []
+    assert all("in one place" in " ".join(one.lines()) for one in found)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("figures: [{figure: missed, class: car, at_least: 0.1}]", "less of missed is better"),
+        ("on_target: [{class: car, at_most: 0.9}]", "more of on target is better"),
+        (
+            "tolerance_profiles: [{name: assembly, source: x, angle_deg: 0.001}]\n"
+            "tolerance: [{profile: assembly, class: car, limit: 0.4}]",
+            "'assembly' is the name of a profile that ships",
+        ),
+        ("tolerance: [{profile: assembly, class: car, limit: 0.4, at_most: 1.0}]", "at_most"),
+        (
+            "blind_areas: [{height_m: 0.3, under: load, draws: 1, chance_at_most: 1.0, at_most_m2: 9}]",
+            "chance_at_most",
+        ),
+        ("seen: [{class: car, at_least: 0.9, at_least: 0.0}]", "at_least"),
+        ("seen: [{class: car, at_least: -0.1}]", "at_least"),
+        ("mounts: {keep_out: [{name: glass, part: glass, allows: [drone]}]}", "kinds of sensors"),
+    ],
+)
+def test_a_file_that_would_let_worse_rigs_pass_is_refused(text: str, said: str) -> None:
+    with pytest.raises(InputError, match=said) as caught:
+        required(text)
+    assert "\n" not in str(caught.value) and "required.yaml" in str(caught.value)
+
+
+def test_a_limit_that_no_rig_can_miss_and_zones_that_are_none_are_said() -> None:
+    easy, hard = verdicts(some_rig(), "seen: [{class: car, at_least: 0}, {class: car, at_least: 0.001}]")
+    assert easy.passes and easy.lines() == ("no rig can miss this limit",) and hard.lines() == ()
+    (mounts,) = verdicts(some_rig(), "mounts: {keep_out: []}")
+    assert "keeps no place free" in mounts.lines()[-1]
+
+
 def test_any_two_kinds_detect_an_object_together() -> None:
     far = RadarScan(azimuth_deg=(-60.0, 60.0), elevation_deg=(-30.0, 30.0), range_m=50.0)
     radar = Radar(name="radar", position=(0.0, 0.0, 1.0), scans=(far,))
@@ -236,7 +279,10 @@ def test_where_a_figure_of_objects_cannot_be_is_told(where: str, told: str) -> N
 
 def test_pairs_of_a_rig_that_is_too_large_for_them_are_not_met_by_default() -> None:
     one = camera((0.0, 0.0, 2.0)).replace(image=(16, 12), cast=(16, 12))
-    sensors = tuple(one.replace(name=f"c{n}", rpy_deg=(0.0, 0.0, 8.0 * n)) for n in range(41))
+    sensors = tuple(
+        one.replace(name=f"c{n}", position=(0.02 * n, 0.0, 2.0), rpy_deg=(0.0, 0.0, 8.0 * n))
+        for n in range(41)
+    )
     (verdict,) = verdicts(
         Rig(sensors=sensors), "losses: [{of: voxels, class: car, failure: pair, at_most: 1}]"
     )
@@ -267,9 +313,9 @@ def test_a_rig_that_detects_nothing_has_nothing_to_lose() -> None:
 @pytest.mark.parametrize(
     "text",
     [
-        "tolerance: [{profile: joint, class: car, limit: 0, draws: 8, at_most: 1}]",
-        "blind_areas: [{height_m: 0.3, under: joint, draws: 2, chance_at_most: 1, at_most_m2: 1000000}]",
-        "blind_objects: [{profile: adults-around, under: joint, draws: 2, chance_at_most: 1, at_most_unseen: 1000}]",
+        "tolerance: [{profile: joint, class: car, limit: 0, draws: 8, at_most: 0.5}]",
+        "blind_areas: [{height_m: 0.3, under: joint, draws: 5, chance_at_most: 0.5, at_most_m2: 1000000}]",
+        "blind_objects: [{profile: adults-around, under: joint, draws: 5, chance_at_most: 0.5, at_most_unseen: 1000}]",
     ],
 )
 def test_errors_that_a_rig_cannot_have_prove_nothing(text: str) -> None:
