@@ -63,12 +63,14 @@ NO_DATA = "no box data are loaded: choose some in the Scene panel"
 NO_BOXES = "a stored POG holds no objects: load the box data set to search"
 CHANGED = "The rig has been edited since."
 USUAL = SearchOptions(("velodyne-vlp-16",))
-COLUMNS = (
-    ("count", "singles", "budget", "blind_m"),
-    ("objective", "cost", "weight"),
+IN_SIGHT = ("count", "objective")
+"""Options beside the models to add."""
+MORE = (
+    ("singles", "budget", "blind_m", "cost", "weight"),
     ("frames", "spots_m", "lowest_m", "spacing_m", "beyond_m"),
+    ("yaw_deg", "tilt_deg"),
 )
-"""Options of the panel, side by side."""
+"""Further options, side by side."""
 
 
 def fields_of(names: Sequence[str]) -> dict[str, FieldInfo]:
@@ -126,7 +128,7 @@ class Propose(Feature):
     ) -> None:
         super().__init__(bench)
         self._compare = compare
-        self.panel = ProposePanel(USUAL, [fields_of(names) for names in COLUMNS])
+        self.panel = ProposePanel(USUAL, fields_of(IN_SIGHT), [fields_of(names) for names in MORE])
         self.proposer = proposer or Proposer(self)
         self.result: OptimiseResult | None = None
         """The result that is shown; its traffic stays in the process."""
@@ -248,6 +250,8 @@ class Propose(Feature):
         self._is_running = False
         self._too_long.stop()
         self.panel.show_state("idle")
+        if self.panel.sentence.text() == RUNNING:
+            self._show_sentence()
 
     def _take(self, answer: Answer) -> None:
         if answer.number != self._number or not self._is_running:

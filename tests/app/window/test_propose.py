@@ -139,7 +139,7 @@ def test_what_is_typed_is_searched_for(desk: FullDesk) -> None:
     cost.selectAll()
     QTest.keyClicks(cost, "generic-16")
     QTest.keyClick(cost, Qt.Key.Key_Return)
-    assert "must be MODEL=COST" in propose.panel.forms[1].problem
+    assert "must be MODEL=COST" in propose.panel.forms[2].problem
 
 
 @pytest.mark.parametrize(
@@ -158,7 +158,7 @@ def test_the_process_searches_for_figures_of_other_sensors_and_voxels(town: Path
 
 def test_the_process_finds_what_the_python_interface_finds(desk: FullDesk, result: rl.OptimiseResult) -> None:
     propose = desk.features.propose
-    assert propose.panel.tabs.currentWidget() is not propose.panel.table
+    propose.panel.tabs.setCurrentIndex(2)
     desk.qtbot.mouseClick(propose.panel.start, Qt.MouseButton.LeftButton)
     assert not propose.panel.start.isEnabled() and propose.panel.stop.isEnabled()
     assert propose.panel.tabs.currentWidget() is propose.panel.table

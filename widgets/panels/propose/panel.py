@@ -33,7 +33,7 @@ from riglens.widgets.panels.propose.chart import Plot, Plots
 from riglens.widgets.panels.propose.shown import CHECKS, COLUMNS, NO_SEARCH, Offer, offer_cells
 
 State = Literal["idle", "running", "paused"]
-_LABEL_PX, _FORM_PX, _BAR_PX = 70, 156, 220
+_FIELD_PX, _CHOICE_PX, _FORM_PX, _BAR_PX = 140, 300, 220, 220
 _ALWAYS = 2
 """Columns of the table that are never left out."""
 _ROW_PX, _NAME_PX, _CELL_PX = 22, 132, 56
@@ -41,7 +41,8 @@ SKIN_TIP = "Colour the car by the gain of one more sensor at each place; follows
 
 
 class ProposePanel(QWidget):
-    """Panel that emits requests and shows results. `columns`: the fields of the options that are shown side by side."""
+    """Panel that emits requests and shows results. in_sight, more: the fields of the options that stand beside the
+    models, and those under *More*, column by column."""
 
     start_wanted = Signal()
     pause_wanted = Signal(bool)
@@ -62,14 +63,18 @@ class ProposePanel(QWidget):
     export_wanted = Signal()
 
     def __init__(
-        self, options: Any, columns: Sequence[Mapping[str, FieldInfo]], parent: QWidget | None = None
+        self,
+        options: Any,
+        in_sight: Mapping[str, FieldInfo],
+        more: Sequence[Mapping[str, FieldInfo]],
+        parent: QWidget | None = None,
     ) -> None:
         super().__init__(parent)
         as_panel(self)
         self._offers: tuple[Offer, ...] = ()
         self._key = ""
-        self.forms = tuple(Form() for _ in columns)
-        """Forms of the options, one for each column."""
+        self.forms = list[Form]()
+        """Forms of the options, one for each field in sight, then one for each column of the others."""
         self.searches = ChoiceBox()
         self.searches.setToolTip("Searches of this session.")
         self.searches.activated.connect(self.search_chosen)
@@ -80,10 +85,15 @@ class ProposePanel(QWidget):
         self.plots = Plots()
         self.plots.hovered.connect(self._hover)
         self.plots.chosen.connect(self.choose)
-        head = filled(QHBoxLayout(), self.sentence, 1, self.searches, self.bar)
-        left = filled(QVBoxLayout(), self._commands(), self._tabs(self._options(columns)), 1)
-        body = filled(QHBoxLayout(), left, self.plots, 1, spacing=2 * SPACING)
-        filled(QVBoxLayout(self), head, body, 1, margins=(MARGIN, SPACING, MARGIN, SPACING), spacing=SPACING)
+        commands = self._commands()
+        head = filled(QHBoxLayout(), self._models, *self._fields(in_sight), spacing=SPACING)
+        head.addStretch(1)
+        filled(head, *commands)
+        status = filled(QHBoxLayout(), self.sentence, 1, self.searches, self.bar)
+        body = filled(QHBoxLayout(), self._tabs(self._options(more)), self.plots, 1, spacing=2 * SPACING)
+        rows = filled(QVBoxLayout(self), head, status, body, 1)
+        rows.setContentsMargins(MARGIN, SPACING, MARGIN, SPACING)
+        rows.setSpacing(SPACING)
         self.show_options(options)
         self.show_state("idle")
         self.show_offers((), ON_TARGET)
@@ -91,7 +101,7 @@ class ProposePanel(QWidget):
         self.select("")
 
     # ------------------------------------------------------------------ building
-    def _commands(self) -> QHBoxLayout:
+    def _commands(self) -> tuple[QWidget, ...]:
         self._model_menu = QMenu(self)
         for kind in kinds():
             for maker, entries in default_library().by_maker(kind.name).items():
@@ -113,21 +123,37 @@ class ProposePanel(QWidget):
         self.pause.clicked.connect(self.pause_wanted)
         tip = "End the search; the best rig so far stays."
         self.stop = button(QPushButton("Stop"), self.stop_wanted, tip)
-        return filled(QHBoxLayout(), self._models, 1, self.skin, self.start, self.pause, self.stop)
+        return self.skin, self.start, self.pause, self.stop
+
+    def _fields(self, infos: Mapping[str, FieldInfo]) -> list[Form]:
+        found = []
+        for name, info in infos.items():
+            form = self._form({name: info})
+            layout = form.layout()
+            assert layout is not None
+            layout.setContentsMargins(SPACING, 0, 0, 0)
+            form.setFixedWidth(_CHOICE_PX if get_origin(info.annotation) is Literal else _FIELD_PX)
+            found.append(form)
+        return found
 
     def _options(self, columns: Sequence[Mapping[str, FieldInfo]]) -> QWidget:
         options = QWidget()
         fields = filled(QHBoxLayout(options), margins=(0, SPACING, 0, 0))
-        for form, infos in zip(self.forms, columns, strict=True):
-            rows = ModelRows(form)
-            for name, info in infos.items():
-                rows.add_field(name, info)
-            form.close_form()
-            has_choice = any(get_origin(info.annotation) is Literal for info in infos.values())
-            form.setFixedWidth(_FORM_PX + _LABEL_PX * has_choice)
-            form.changed.connect(self._show_fields)
+        for infos in columns:
+            form = self._form(infos)
+            form.setFixedWidth(_FORM_PX)
             fields.addWidget(form, 0, Qt.AlignmentFlag.AlignTop)
         return options
+
+    def _form(self, infos: Mapping[str, FieldInfo]) -> Form:
+        form = Form()
+        rows = ModelRows(form)
+        for name, info in infos.items():
+            rows.add_field(name, info)
+        form.close_form()
+        form.changed.connect(self._show_fields)
+        self.forms.append(form)
+        return form
 
     def _tabs(self, options: QWidget) -> QTabWidget:
         self.table, self.checks = FigureTable("Proposed rigs"), FigureTable("Checks of the gain")
@@ -153,7 +179,7 @@ class ProposePanel(QWidget):
         self.tabs = QTabWidget()
         self.tabs.setDocumentMode(True)
         self.tabs.setFixedWidth(options.sizeHint().width())
-        for page, title in ((options, "Options"), (self.table, "Proposals"), (checks, "Checks")):
+        for page, title in ((self.table, "Proposals"), (checks, "Checks"), (options, "More")):
             self.tabs.addTab(page, title)
         self.tabs.setCornerWidget(buttons)
         return self.tabs
