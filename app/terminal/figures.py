@@ -16,7 +16,7 @@ from riglens.core.figures.registry import leading_figures
 from riglens.core.figures.sentence import changes_of, sentence
 from riglens.core.figures.text import UNITS, estimate_text, in_sentence, parts_text
 from riglens.core.figures.weakest import FEWEST, weakest_by_class, weakest_text
-from riglens.core.shown_text import visible
+from riglens.core.shown_text import numbered, visible
 
 
 def leading_table(rigs: Sequence[Evaluated]) -> Iterator[Table | str]:
@@ -27,24 +27,24 @@ def leading_table(rigs: Sequence[Evaluated]) -> Iterator[Table | str]:
     for figure in wanted:
         unit = f", {UNITS[figure.unit]}" if figure.unit == "nat" else ""
         made.add_column(f"{figure.title}{unit}", justify="right")
-    reasons = dict[str, None]()
+    reasons, titles = dict[str, None](), numbered([visible(rig.rig.name) for rig in rigs])
     for name in CLASSES_AND_ALL:
         made.add_row(Text("class mean" if name == ALL else name, "bold"))
         of_row = [one for one in wanted if name != ALL or one.needs == "objects"]
-        for rig in rigs:
+        for rig, title in zip(rigs, titles, strict=True):
             found = {figure: figure.of(rig, name) for figure in of_row}
             cells = (_cell(one, found[one]) if one in found else "" for one in wanted)
-            made.add_row(Text(f"  {visible(rig.rig.name)}"), *cells)
+            made.add_row(Text(f"  {title}"), *cells)
             for figure, one in found.items():
                 if one.reason:
                     outside = "outside its domain: " if one.state == "outside" else ""
-                    reasons[f"{visible(rig.rig.name)}: {figure.title}: {outside}{one.reason}."] = None
+                    reasons[f"{title}: {figure.title}: {outside}{one.reason}."] = None
         made.add_section()
     yield made
-    for rig in rigs[1:]:
-        yield f"{visible(rig.rig.name)}: {sentence(changes_of(rig, rigs[0]), visible(rigs[0].rig.name))}."
-    for rig in rigs:
-        yield from _weakest(rig)
+    for rig, title in zip(rigs[1:], titles[1:], strict=True):
+        yield f"{title}: {sentence(changes_of(rig, rigs[0]), titles[0])}."
+    for rig, title in zip(rigs, titles, strict=True):
+        yield from _weakest(rig, title)
     if any(rig.objects is not None for rig in rigs):
         yield f"Worst: of classes and sectors with at least {FEWEST} objects."
     for figure in wanted:
@@ -52,13 +52,13 @@ def leading_table(rigs: Sequence[Evaluated]) -> Iterator[Table | str]:
     yield from reasons
 
 
-def _weakest(rig: Evaluated) -> Iterator[str]:
+def _weakest(rig: Evaluated, title: str) -> Iterator[str]:
     """Yield where each figure of objects is worst, in the mean of the classes."""
     for figure in leading_figures():
         if rig.objects is not None and isinstance(figure, ObjectFigure):
             said = weakest_text(figure, weakest_by_class(figure, rig.objects)[ALL])
             if said:
-                yield f"{visible(rig.rig.name)}: {in_sentence(figure.title)}, {said}."
+                yield f"{title}: {in_sentence(figure.title)}, {said}."
 
 
 def print_leading(rigs: Sequence[Evaluated]) -> None:

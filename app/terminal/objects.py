@@ -20,7 +20,7 @@ from riglens.core.files import atomic_write
 from riglens.core.metric.scores import common_body
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensors.registry import further_kinds, kind_of
-from riglens.core.shown_text import visible
+from riglens.core.shown_text import numbered, visible
 from riglens.core.shown_values import NONE
 from riglens.core.targets.counts import Counted
 from riglens.core.targets.object_table import object_table
@@ -92,7 +92,9 @@ def _heading(every: Sequence[Counted]) -> Iterator[Text]:
     law = "range law" if settings.range_law else "no range law"
     phase = f"random (seed {settings.seed})" if settings.phase == "random" else "as listed"
     body = common_body(one.settings.body for one in every)
-    by_rig = ", ".join(f"{one.settings.body} for {visible(one.rig.name)}" for one in every)
+    by_rig = ", ".join(
+        f"{one.settings.body} for {title}" for one, title in zip(every, _titles(every), strict=True)
+    )
     calibration = counted.calibration
     yield _line(
         "Predict",
@@ -117,11 +119,11 @@ def _explanation(every: Sequence[Counted], wanted: Sequence[ObjectFigure]) -> It
         f"{''.join(f', or {k.hits.threshold:g} {k.hits.label} of {k.plural}' for k in further)}."
     )
     if recall := first.settings.recall:
-        for one in every:
+        for one, title in zip(every, _titles(every), strict=True):
             if text := found_text(one, SE_FACTOR):
                 reason = one.outside(recall)
                 outside = f"; outside its domain: {reason}" if reason else ""
-                yield f"{visible(one.rig.name)}: {text[0].lower()}{text[1:]}{outside}."
+                yield f"{title}: {text[0].lower()}{text[1:]}{outside}."
         yield (
             f"found = by this detector: {visible(recall.detector)}; ± two standard errors. It does not predict your "
             "stack."
@@ -135,6 +137,11 @@ def _explanation(every: Sequence[Counted], wanted: Sequence[ObjectFigure]) -> It
                 )
     sample = "" if first.is_whole else "of the sample of frames and "
     yield f"± is two standard errors {sample}of the calibration."
+
+
+def _titles(every: Sequence[Counted]) -> tuple[str, ...]:
+    """Return the names of rigs, those of one name with numbers."""
+    return numbered([visible(one.rig.name) for one in every])
 
 
 def _table(
@@ -151,10 +158,11 @@ def _table(
         # without room, ± goes below the value
         table.add_column(stacked, justify="right", min_width=max(5, widest))
     totals = [parts_by_class(one, wanted) for one in every]
+    titles = _titles(every)
     for name in CLASSES:
         table.add_row(Text(name, "bold"))
-        for one, found in zip(every, totals, strict=True):
-            table.add_row(Text(f"  {visible(one.rig.name)}"), *_cells(found[name].total, wanted))
+        for rig_title, found in zip(titles, totals, strict=True):
+            table.add_row(Text(f"  {rig_title}"), *_cells(found[name].total, wanted))
         for title, part in parts[name].items():
             table.add_row(Text(f"    {title}", "dim"), *_cells(part, wanted))
         table.add_section()

@@ -15,7 +15,7 @@ from riglens.core.metric.scores import Reading
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensors.registry import shown_kinds
-from riglens.core.shown_text import visible
+from riglens.core.shown_text import numbered, visible
 from riglens.core.shown_values import NONE, decimals, percent, thousands
 from riglens.evaluation.options import ScoreOptions
 from riglens.evaluation.scene_words import scene_lines
@@ -51,15 +51,16 @@ def score_table(evaluations: Sequence[Evaluation]) -> Table:
     weighed, shown = (sorted(shown_kinds(names), key=lambda kind: kind.name) for names in ((), held))
     seen = [f"seen\n{title}" for title in (*(kind.title for kind in shown), "any")]
     made = table("10³ nat", *(f"S-MIG\n{kind.title}" for kind in weighed), "\nS-MS", *seen, widest=28)
+    titles = numbered([visible(evaluation.rig.name) for evaluation in evaluations])
     for name in CLASSES:
         h_total = evaluations[0].scores.classes[name].h_total
         digits = decimals(h_total)
         made.add_row(Text(f"{name}, H(Ω) {thousands(h_total, digits)}", "bold"))
-        for evaluation in evaluations:
+        for evaluation, title in zip(evaluations, titles, strict=True):
             scores, sensors = evaluation.scores.classes[name], evaluation.rig.sensors
             own = {sensor.kind for sensor in sensors if sensor.enabled}
             made.add_row(
-                Text(f"  {visible(evaluation.rig.name)}"),
+                Text(f"  {title}"),
                 *(thousands(scores.kinds[kind.name].s_mig, digits) for kind in weighed),
                 thousands(scores.s_ms, digits),
                 *(percent(scores.kinds[kind.name].seen) if kind.name in own else NONE for kind in shown),
