@@ -34,8 +34,13 @@ def counted(count: int, noun: str) -> str:
     return f"{count:,} {noun}" + "s" * (count != 1)
 
 
-def numbered(names: Sequence[str]) -> tuple[str, ...]:
-    """Return names that differ: of equal ones each with its number among them, in parentheses."""
+def numbered(names: Sequence[str], files: Sequence[str] = ()) -> tuple[str, ...]:
+    """Return names that differ: of equal ones each with its file, or its number among them, in parentheses."""
+    if files:
+        names = [
+            f"{name} ({file})" if names.count(name) > 1 and file != name else name
+            for name, file in zip(names, files, strict=True)
+        ]
     found = list[str]()
     for place, name in enumerate(names):
         number, unique = names[:place].count(name) + 1, name

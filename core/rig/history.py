@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from riglens.core.rig.model import Rig
+from riglens.core.rig.model import Rig, Sensor
 from riglens.core.rig.yaml.file import same_rig
 from riglens.core.rig.yaml.nodes import Plain
-from riglens.core.rig.yaml.text import plain_fields, same_value
+from riglens.core.rig.yaml.text import plain, plain_fields, same_value
 
 Place = tuple[str | int, ...]
 _VERBS = {"position": "move", "rpy_deg": "turn", "name": "rename", "mirror_of": "pair"}
@@ -35,6 +35,49 @@ def describe(before: Rig, after: Rig) -> Edit:
     is_numeric = all(_is_number(old) and _is_number(new) for _, old, new in changes)
     numbers = frozenset(place for place, _, _ in changes) if is_numeric else frozenset()
     return Edit(_label(before, after, [place for place, _, _ in changes]), numbers)
+
+
+def differences_in_words(before: Rig, after: Rig) -> tuple[str, ...]:
+    """Return what differs between two rigs, sensor by sensor by their names, in words."""
+    old, new = ({one.name: one for one in rig.sensors} for rig in (before, after))
+    both = [
+        (old[name], one)
+        for name, one in new.items()
+        if name in old and not same_value(*map(plain, (old[name], one)))
+    ]
+    every = [
+        *(f"{name} removed" for name in old if name not in new),
+        *(f"{name} added" for name in new if name not in old),
+        *(f"{after.name} {' and '.join(_edits(before, after))}" for before, after in both),
+    ]
+    places = {place[0] for place, _, _ in _changes((), plain_fields(before), plain_fields(after))}
+    others = sorted(str(place) for place in places - {"sensors", "name"})
+    return (*every, *(f"{place.replace('_', ' ')} changed" for place in others))
+
+
+def _edits(before: Sensor, after: Sensor) -> Iterator[str]:
+    """Yield what differs between two sensors of one name."""
+    changed = {str(place[0]) for place, _, _ in _changes((), plain_fields(before), plain_fields(after))}
+    if "kind" in changed or "model" in changed:
+        yield f"is {after.model or after.kind} instead of {before.model or before.kind}"
+        changed &= {"position", "rpy_deg"}
+    if "position" in changed:
+        x, y, z = (b - a for a, b in zip(before.position, after.position, strict=True))
+        ways = [(x, "ahead", "back"), (y, "left", "right"), (z, "higher", "lower")]
+        parts = [
+            f"{abs(way):.2f} m {more if way > 0 else less}" for way, more, less in ways if abs(way) >= 0.005
+        ]
+        yield " ".join(["moved", ", ".join(parts) or "by less than 0.01 m"])
+    if "rpy_deg" in changed:
+        names = zip(("roll", "pitch", "yaw"), before.rpy_deg, after.rpy_deg, strict=True)
+        yield "turned: " + ", ".join(f"{name} {b - a:+.1f}°" for name, a, b in names if a != b).replace(
+            "-", "−"
+        )
+    if "enabled" in changed:
+        yield "switched on" if after.enabled else "switched off"
+    rest = sorted(changed - {"position", "rpy_deg", "enabled"})
+    if rest:
+        yield f"edited: {', '.join(rest)}"
 
 
 def _changes(place: Place, old: Plain, new: Plain) -> Iterator[tuple[Place, Plain, Plain]]:

@@ -3,7 +3,7 @@
 import pytest
 
 from riglens.core.geometry import Pose
-from riglens.core.rig.history import History
+from riglens.core.rig.history import History, differences_in_words
 from riglens.core.rig.model import Rig
 from riglens.core.rig.presets import preset
 
@@ -146,3 +146,26 @@ def test_the_rig_on_the_disk_stays_a_step_of_its_own() -> None:
     assert history.undo() and history.rig == moved(START, 1.0) and not history.is_modified
     history.apply("one", moved(START, 3.0), continues=True)
     assert history.undo() and history.rig == moved(START, 1.0)
+
+
+def test_the_differences_of_two_rigs_are_in_words_sensor_by_sensor() -> None:
+    before = preset("nuScenes car")
+    top, rear = before.sensor("LIDAR_TOP"), before.sensor("CAM_BACK")
+    x, y, z = top.position
+    turned = rear.replace(rpy_deg=(rear.rpy_deg[0], rear.rpy_deg[1] + 5.0, rear.rpy_deg[2]), enabled=False)
+    gone = before.with_sensor("LIDAR_TOP", top.replace(position=(x, y, z + 0.2)))
+    after = gone.with_sensor("CAM_BACK", turned)
+    without = after.replace(
+        sensors=(*(one for one in after.sensors if one.name != "CAM_FRONT"), top.replace(name="second"))
+    )
+    assert (
+        differences_in_words(before, before) == differences_in_words(before, before.replace(name="b")) == ()
+    )
+    assert set(differences_in_words(before, without)) == {
+        "CAM_FRONT removed",
+        "second added",
+        "LIDAR_TOP moved 0.20 m higher",
+        "CAM_BACK turned: pitch +5.0° and switched off",
+    }
+    longer = before.replace(vehicle=before.vehicle.replace(length=5.0))
+    assert differences_in_words(before, longer) == ("vehicle changed",)
