@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from datetime import date
@@ -10,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from riglens.core.blind.zones import HEIGHTS_M, BlindMap, By, Hole, share_seen
+from riglens.core.figures.objects import ObjectFigure
 from riglens.core.geometry import Pose
 from riglens.core.metric.entropy import EntropyField, nats
 from riglens.core.metric.scores import Body
@@ -28,6 +30,7 @@ from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.sectors import SECTORS
 from riglens.core.sensors.registry import shown_kinds
 from riglens.core.shown_text import counted
+from riglens.core.targets.counts import Counted
 from riglens.core.targets.traffic import Traffic
 
 SPREAD = ("nominal", "median", "p05", "p95", "worst", "worst_draw")
@@ -253,6 +256,35 @@ def _failure_document(found: Coverage, failure: Failure) -> dict[str, Any]:
         "lost_by_sector": {
             name: [lost_share(found, failure, cls, s) for s in range(len(SECTORS))]
             for cls, name in enumerate(CLASSES)
+        },
+    }
+
+
+def places_document(figure: ObjectFigure, now: Counted, before: Counted | None = None) -> dict[str, Any]:
+    """Return a figure of objects by class, ring of distance and sector, with its change from a baseline in the same
+    frames, and the shares of the class whose own value rose and fell; null: no object is there."""
+    cells = figure.cells(now, before or now, "ring and sector")
+    change = figure.values(now) - figure.values(before or now)
+    whole = now.groups.parts("all")
+    rose, fell = (whole.means((way * change > 0.0).astype(np.float64)).value for way in (1.0, -1.0))
+
+    def table(values: np.ndarray[Any, Any]) -> Any:
+        rows: list[list[float]] = values.reshape(-1, len(SECTORS)).tolist()
+        return [[None if math.isnan(value) else value for value in row] for row in rows]
+
+    return {
+        "figure": figure.key,
+        "rings_m": now.groups.edges_m.tolist(),
+        "sectors": list(SECTORS),
+        "classes": {
+            name: {
+                "objects": table(cells.objects[row + 1]),
+                "value": table(cells.value[row + 1]),
+                "change": table(cells.change[row + 1]),
+                "rose": float(rose[row, 0]),
+                "fell": float(fell[row, 0]),
+            }
+            for row, name in enumerate(CLASSES)
         },
     }
 

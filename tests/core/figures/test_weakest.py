@@ -9,6 +9,7 @@ from riglens.core.figures.figure import ALL
 from riglens.core.figures.hits import MISSED, POINTS, SEEN_BY_CAMERAS, SHARE_5
 from riglens.core.figures.objects import ObjectFigure
 from riglens.core.figures.weakest import FEWEST, NOWHERE, Weakest, weakest_by_class, weakest_text
+from riglens.core.review.documents import places_document
 from riglens.core.rig.model import Camera, Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.sectors import SECTORS, sector_of
@@ -87,3 +88,26 @@ def test_plain_data_reads_back_and_the_words_name_all_of_it(found: Weakest) -> N
     for named in (found.cls, found.sector):
         assert named is None or f"{named[0]} {100.0 * named[1]:.1f} %" in text
     assert ("20 m" in text) == (found.half_from_m == 20.0)
+
+
+def test_places_of_a_change_are_those_of_a_search_through_all_objects(counted: Counted) -> None:
+    lower = Rig(name="lower", sensors=RIG.sensors[:1])
+    before = TargetEngine(TRAFFIC, threads=1).evaluate(lower, USUAL)
+    found = places_document(MISSED, counted, before)
+    box = counted.objects.box
+    cls, sector = TRAFFIC.cls[box], sector_of(*TRAFFIC.centre_m[box, :2].T)
+    ring = np.minimum(TRAFFIC.distance_m[box] // 10.0, 5.0)
+    now, then = MISSED.values(counted), MISSED.values(before)
+    for number, name in enumerate(CLASSES):
+        of_class, mine = found["classes"][name], cls == number
+        assert of_class["rose"] == pytest.approx((now > then)[mine].mean())
+        assert of_class["fell"] == pytest.approx((now < then)[mine].mean())
+        for row in range(len(found["rings_m"]) - 1):
+            for column in range(len(SECTORS)):
+                there = mine & (ring == row) & (sector == column)
+                assert of_class["objects"][row][column] == there.sum()
+                if there.any():
+                    assert of_class["value"][row][column] == pytest.approx(now[there].mean())
+                    assert of_class["change"][row][column] == pytest.approx((now - then)[there].mean())
+                else:
+                    assert of_class["value"][row][column] is None is of_class["change"][row][column]
