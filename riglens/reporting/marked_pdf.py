@@ -10,6 +10,7 @@ from typing import Any
 
 import pypdfium2
 import pypdfium2.raw as raw
+from PIL.Image import Image
 
 from riglens.core.errors import InputError
 
@@ -27,15 +28,20 @@ class MarkedPage:
     margins: list[str]
 
 
-def marked_pages(content: bytes, where: str) -> tuple[list[MarkedPage], list[tuple[str, bytes]]]:
-    """Return the pages of a PDF, and its attached files by name; InputError when it cannot be read."""
+def marked_pages(
+    content: bytes, where: str, pixels: dict[str, Image]
+) -> tuple[list[MarkedPage], list[tuple[str, bytes]]]:
+    """Return the pages of a PDF, and its attached files by name; InputError when it cannot be read.
+
+    Pictures are noted among `pixels` by their digests.
+    """
     try:
         with pypdfium2.PdfDocument(content) as document:
             if len(document) > MAX_PAGES:
                 raise InputError(f"{where}: must have at most {MAX_PAGES} pages (got {len(document)})")
             files = [document.get_attachment(number) for number in range(document.count_attachments())]
             attached = [(file.get_name(), bytes(file.get_data())) for file in files]
-            return [_read(page) for page in document], attached
+            return [_read(page, pixels) for page in document], attached
     except pypdfium2.PdfiumError as error:
         raise InputError(f"{where}: damaged PDF ({error})") from error
 
@@ -49,7 +55,7 @@ class _Content:
     named: set[int] = field(default_factory=set)
 
 
-def _read(page: pypdfium2.PdfPage) -> MarkedPage:
+def _read(page: pypdfium2.PdfPage, pixels: dict[str, Image]) -> MarkedPage:
     drawn, text = _Content(), page.get_textpage()
     for one in page.get_objects(max_depth=MAX_DEPTH):
         mark = raw.FPDFPageObj_GetMarkedContentID(one.raw)
@@ -57,8 +63,9 @@ def _read(page: pypdfium2.PdfPage) -> MarkedPage:
             words = _text(lambda *room, one=one: raw.FPDFTextObj_GetText(one.raw, text.raw, *room), 2)
             drawn.by_mark.setdefault(mark, []).append(words)
         elif one.type == raw.FPDF_PAGEOBJ_IMAGE:
-            data = bytes(one.get_data(decode_simple=True))
-            drawn.by_mark.setdefault(mark, []).append(f" [picture {hashlib.sha256(data).hexdigest()}] ")
+            digest = hashlib.sha256(bytes(one.get_data(decode_simple=True))).hexdigest()
+            pixels[digest] = one.get_bitmap(render=True).to_pil().copy()
+            drawn.by_mark.setdefault(mark, []).append(f" [picture {digest}] ")
         elif one.type == raw.FPDF_PAGEOBJ_PATH and mark != _NO_MARK:  # others are lines and grounds of tables
             drawn.outlines.setdefault(mark, hashlib.sha256()).update(_outline(one.raw).encode())
     blocks: list[tuple[str, str]] = []
@@ -113,17 +120,20 @@ def _children(element: Any) -> Iterator[Any]:
 
 
 def _outline(path: Any) -> str:
-    """Return the points of a path in units of its drawing, and its colours."""
+    """Return the points of a path in units of its drawing, and the colours that it is drawn in."""
     x, y = ctypes.c_float(), ctypes.c_float()
     said = []
     for number in range(raw.FPDFPath_CountSegments(path)):
         segment = raw.FPDFPath_GetPathSegment(path, number)
         raw.FPDFPathSegment_GetPoint(segment, x, y)
         said.append(f"{raw.FPDFPathSegment_GetType(segment)} {x.value:.2f} {y.value:.2f}")
-    rgba = [ctypes.c_uint() for _ in range(4)]
-    for colour in (raw.FPDFPageObj_GetFillColor, raw.FPDFPageObj_GetStrokeColor):
-        colour(path, *rgba)
-        said.append(" ".join(str(one.value) for one in rgba))
+    rgba, filled, stroked = [ctypes.c_uint() for _ in range(4)], ctypes.c_int(), ctypes.c_int()
+    raw.FPDFPath_GetDrawMode(path, filled, stroked)
+    uses = ((raw.FPDFPageObj_GetFillColor, filled), (raw.FPDFPageObj_GetStrokeColor, stroked))
+    for colour, is_used in uses:
+        if is_used.value:  # what is not used is that of whatever was drawn before
+            colour(path, *rgba)
+            said.append(" ".join(str(one.value) for one in rgba))
     return ";".join(said)
 
 
