@@ -52,13 +52,14 @@ class Report(Feature):
         bench.closing.connect(self._clear)  # tasks have ended by then
 
     def rigs(self) -> tuple[Rig, ...]:
-        """Return the rig and those of the Compare panel under the names shown there, each once."""
-        kept = (
+        """Return the rig after the first of the Compare panel, which it is compared with, and the others there, under
+        the names shown there, each once."""
+        kept = [
             row.rig.model_copy(update={"name": row.name})
             for row in self._compare.rows
             if row.origin != "current"
-        )
-        folder, rigs = self.document.folder, (self.document.rig, *kept)
+        ]
+        folder, rigs = self.document.folder, (*kept[:1], self.document.rig, *kept[1:])
         return tuple(dict.fromkeys(with_full_mesh_path(rig, folder) for rig in rigs))
 
     def start(self) -> None:

@@ -203,4 +203,4 @@ def test_a_report_that_fails_leaves_no_folder_and_kept_rigs_are_in_it(desk: Full
     desk.qtbot.waitUntil(lambda: not jobs[0].folder.exists(), timeout=TIMEOUT_MS)
     row = SimpleNamespace(rig=RIG, name="kept", origin="snapshot")
     report._compare = SimpleNamespace(rows=[row, SimpleNamespace(rig=RIG, name="x", origin="current")])  # type: ignore[assignment]
-    assert [rig.name for rig in report.rigs()] == [desk.document.rig.name, "kept"]
+    assert [rig.name for rig in report.rigs()] == ["kept", desk.document.rig.name]
