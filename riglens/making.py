@@ -132,6 +132,7 @@ def report(
     project: str | None = None,
     revision: str | None = None,
     author: str | None = None,
+    reviewer: str | None = None,
     method: Method = "exact",
     reading: Reading = "covered",
     camera_weight: float = DEFAULT_LAMBDA,
@@ -143,7 +144,7 @@ def report(
     """Write a page (.html) or PDF about rigs with every figure attached, and return its path.
 
     Boxes as for `load_scene`, `method` to `body` as for `score`; `requirements` are checked on the page, `draws` are
-    those of the tolerance, 0 for none; project, revision and author go into the header.
+    those of the tolerance, 0 for none; project, revision, author and reviewer go into the header.
     """
     from riglens.core.review.tolerance import require_draws
     from riglens.reporting.figures import labels_of
@@ -155,7 +156,7 @@ def report(
     require_draws(draws, seed, 0)
     require_writable(path, options.files)
     several = with_blocking_meshes(rigs, score.solid(), mesh_folder)
-    labels = labels_of(project, revision, author)
+    labels = labels_of(project=project, revision=revision, author=author, reviewer=reviewer)
     write_report(several, path, options, score, _path(requirements), (draws, seed), labels, Warnings())
     return path
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +30,8 @@ class ReportJob:
     folder: Path
     why: dict[str, Any] | None = None
     """The search that proposed the rig, by the names of `WhyHere`."""
+    labels: dict[str, str] = field(default_factory=dict)
+    """Project, revision, author and reviewer, by the names of `Labels`."""
 
 
 def page_picture(folder: Path, number: int) -> Path:

@@ -31,7 +31,14 @@ from riglens.reporting.figures import (
     labels_of,
     report_of,
 )
-from riglens.reporting.making import Verified, rendered, require_pango, verified, write_report
+from riglens.reporting.making import (
+    Verified,
+    portable,
+    rendered,
+    require_pango,
+    verified,
+    write_report,
+)
 
 SHOWN = 20
 REPORT = Group("Report", sort_key=5)
@@ -51,6 +58,7 @@ def report(
     project: Annotated[str | None, Parameter(group=REPORT, metavar="TEXT")] = None,
     revision: Annotated[str | None, Parameter(group=REPORT, metavar="TEXT")] = None,
     author: Annotated[str | None, Parameter(group=REPORT, metavar="TEXT")] = None,
+    reviewer: Annotated[str | None, Parameter(group=REPORT, metavar="TEXT")] = None,
     scene: SceneArguments = SceneOptions(),
     score: ScoreArguments = ScoreOptions(),
     reading: RigArguments = RigArguments(),
@@ -79,6 +87,8 @@ def report(
         The revision of the rigs or of the report, for the header.
     author
         The author, for the header.
+    reviewer
+        The reviewer, for the header.
     """
     if verify is not None:
         if out is not None:
@@ -103,8 +113,9 @@ def report(
     require_draws(draws, seed, 0)
     loaded = load_rigs(rigs, score.solid(), reading.libraries, reading.housings)
     require_outputs((*rigs, *scene.files, *([requirements] if requirements else [])), out)
-    labels = labels_of(project, revision, author)
-    write_report(loaded, out, scene, score, requirements, (draws, seed), labels, TERMINAL)
+    labels = labels_of(project=project, revision=revision, author=author, reviewer=reviewer)
+    files = [Path(name).name for name in rigs]
+    write_report(loaded, out, scene, score, requirements, (draws, seed), labels, TERMINAL, files)
     results().print(f"wrote {visible(str(out))}", soft_wrap=True)
     return 0
 
@@ -142,7 +153,9 @@ def prepare(job: ReportJob, tell: Tell) -> None:
     require_pango()
     rigs = tuple(with_mesh_read(rig, job.folder, note) for rig in job.rigs)
     why = None if job.why is None else WhyHere.model_validate(job.why)
-    plan = ReportPlan(rigs, job.scene, job.score, USUAL_DRAWS, 0, why=why)
+    plan = ReportPlan(
+        portable(rigs), job.scene, job.score, USUAL_DRAWS, 0, labels=labels_of(**job.labels), why=why
+    )
     document = document_of(plan, report_of(plan, tell, TERMINAL))
     tell(1.0, "Drawing the pages")
     pdf = rendered(document, ".pdf")

@@ -62,10 +62,11 @@ def _add_weakest(rig: Evaluated, written: Mapping[str, Any]) -> None:
 
 def _written(rig: Evaluated, who: str, wanted: Sequence[Figure]) -> dict[str, Any]:
     """Return figures by key: value, error, state and reason; null for no value."""
-    return {one.key: _estimate(one.of(rig, who)) for one in wanted}
+    return {one.key: estimate_document(one.of(rig, who)) for one in wanted}
 
 
-def _estimate(found: Estimate) -> dict[str, Any]:
+def estimate_document(found: Estimate) -> dict[str, Any]:
+    """Return an estimate as plain data: value, error, state, reason and parts; null for no value."""
     written: dict[str, Any] = {
         "value": found.value if found.exists else None,
         "se": found.se,

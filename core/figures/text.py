@@ -113,6 +113,12 @@ def _change(figure: Figure, change: float, decimals: int, error: str) -> str:
     return _with_unit(digits, change, "+", unit) + _arrow(figure, change)
 
 
+def change_digits(figure: Figure, change: Estimate) -> str:
+    """Format a change without its unit and error, for a column of them; a dash where there is none."""
+    shown = in_unit(figure, change.value)
+    return _with_unit(f"{abs(shown):.1f}", shown, "+", "") if change.exists else NONE
+
+
 def exact_text(figure: Figure, value: float) -> str:
     """Return a value in full precision, with its unit."""
     if figure.unit == "share":

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from riglens.core.blind.zones import BlindEngine, BlindSettings
 from riglens.core.errors import InputError
@@ -19,7 +20,7 @@ from riglens.core.files import write_file
 from riglens.core.footprint.document import footprints_of
 from riglens.core.footprint.ground import Footprint
 from riglens.core.monitor import SILENT, Monitor
-from riglens.core.rig.model import Camera, Rig
+from riglens.core.rig.model import Camera, Rig, Vehicle
 from riglens.core.shown_text import visible
 from riglens.evaluation.ground_map import ground_map
 
@@ -38,6 +39,7 @@ VIEWS = {
 }
 CAPTIONS = "captions.txt"
 _CLOSE_UP_M, _NEARER = 1.0, 0.62
+_FROM_AHEAD_DEG, _FILLED = (-38.0, 24.0), 0.86
 _AROUND_M = 4.5
 """Ground beside the car in the picture of blind zones."""
 _WIDEST_DEG = 120.0
@@ -83,16 +85,57 @@ def write_set(
     return tuple(written)
 
 
+def car_with_sensors(
+    rig: Rig, size_px: tuple[int, int] = (1040, 640)
+) -> tuple[bytes, tuple[int, int], tuple[tuple[float, float], ...]]:
+    """Return a close picture of a rig's car as a PNG without a ground, its size, and where each sensor is in it, in
+    pixels right and down. Call `prepare_drawing` before."""
+    from riglens.rendering.render import rig_state
+    from riglens.widgets.viewport.still import png_of, render_still
+
+    state = _close_up(_plain(rig_state(rig, "light")), "iso", _FROM_AHEAD_DEG, size_px)
+    masts = tuple(replace(mast, short="", full="") for mast in state.masts)
+    places = np.array([one.position for one in rig.sensors]).reshape(-1, 3)
+    camera = _filling(state.camera, np.concatenate([_corners_m(state.vehicle), places]), size_px)
+    seen = camera.project(places, size_px)[:, :2].tolist()
+    image = render_still(replace(state, camera=camera, masts=masts), size_px, transparent=True)
+    return png_of(image), size_px, tuple((x, y) for x, y in seen)
+
+
+def _corners_m(vehicle: Vehicle) -> NDArray[np.float64]:
+    """Return the corners of the box around a car without its wheel arches, (8, 3)."""
+    x, y = vehicle.length / 2, vehicle.width / 2
+    return np.array([(i * x, j * y, k * vehicle.height) for i in (-1, 1) for j in (-1, 1) for k in (0, 1)])
+
+
+def _filling(camera: OrbitCamera, places_m: NDArray[np.float64], size_px: tuple[int, int]) -> OrbitCamera:
+    """Return the camera moved until places (n, 3) fill a picture, with a margin for labels."""
+    for _ in range(4):
+        seen = camera.project(places_m, size_px)[:, :2]
+        low, high = seen.min(axis=0), seen.max(axis=0)
+        dx, dy = (np.array(size_px) - low - high) / 2.0
+        camera = camera.panned(float(dx), float(dy), size_px)
+        share = float(((high - low) / size_px).max())
+        camera = replace(camera, distance_m=camera.distance_m * share / _FILLED)
+    return camera
+
+
+def _plain(state: SceneState) -> SceneState:
+    """Return a state with the car and its sensors alone."""
+    from riglens.widgets.viewport.scene_state import NO_CAPTION
+
+    return replace(
+        state, heatmap=None, skin_gain=None, ground_map=None, traffic=None, show_ground=False, show_gizmo=False,
+        show_selection=False, selected=None, show_legend=False, caption=NO_CAPTION, ghosts=(), marker=None, post=None,
+        measured=None, stubs=None, ray_look=replace(state.ray_look, shown=False, fill="none"),
+    )  # fmt: skip
+
+
 def _shots(state: SceneState, monitor: Monitor) -> Iterator[Shot]:
     """Yield the pictures of the set."""
     from riglens.widgets.viewport.scene_state import NO_CAPTION
 
-    bare = replace(
-        state, heatmap=None, skin_gain=None, ground_map=None, traffic=None, show_ground=False, show_gizmo=False,
-        show_selection=False, selected=None, show_legend=False, caption=NO_CAPTION, ghosts=(), marker=None, post=None,
-        measured=None, stubs=None,
-    )  # fmt: skip
-    plain = replace(bare, ray_look=replace(state.ray_look, shown=False, fill="none"))
+    plain = _plain(state)
     for name, (view, caption) in VIEWS.items():
         close = _close_up(plain, view)
         yield Shot(name, caption, close)
@@ -118,8 +161,13 @@ def _shots(state: SceneState, monitor: Monitor) -> Iterator[Shot]:
             yield Shot(f"camera-{_file_name(camera.name)}", caption, seen)
 
 
-def _close_up(state: SceneState, view: str) -> SceneState:
-    """Return the state with the car filling a picture seen from a named direction."""
+def _close_up(
+    state: SceneState,
+    view: str,
+    direction_deg: tuple[float, float] | None = None,
+    size_px: tuple[int, int] = (1600, 1000),
+) -> SceneState:
+    """Return the state with the car filling a picture seen from a named direction, or from an azimuth and elevation."""
     from riglens.widgets.drawing.camera import framed, view_camera
 
     vehicle = state.vehicle
@@ -127,7 +175,9 @@ def _close_up(state: SceneState, view: str) -> SceneState:
     x, y = _CLOSE_UP_M * vehicle.length / 2, _CLOSE_UP_M * vehicle.width / 2
     corners = np.array([(-x, -y, 0.0), (x, y, vehicle.height), *(one.position for one in state.shown)])
     near = corners[np.abs(corners).max(axis=1) < 4.0 * vehicle.length]
-    camera = framed(camera, near, (1600, 1000))
+    if direction_deg is not None:
+        camera = replace(camera, azimuth_deg=direction_deg[0], elevation_deg=direction_deg[1])
+    camera = framed(camera, near, size_px)
     return replace(state, camera=replace(camera, distance_m=_NEARER * camera.distance_m))
 
 

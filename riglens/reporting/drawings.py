@@ -1,11 +1,9 @@
-"""Draw a rig for a report: plans, which need no script, and the data of the turning view."""
+"""Draw a car for a report: its outlines, which need no script, and the data of the turning view."""
 
 from __future__ import annotations
 
 import base64
-import math
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -16,12 +14,12 @@ from matplotlib.path import Path as MplPath
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
-from riglens.core.rig.model import Rig, Sensor
+from riglens.core.rig.model import Rig
 from riglens.core.sensing.body_ends import listed_ends
 from riglens.core.sensing.rays import lattice, rotate
-from riglens.core.sensors.registry import kind_of
 from riglens.core.vehicle.body import body_parts
 from riglens.core.vehicle.housings import car_of
+from riglens.reporting.plans import UNITS_PER_M, CarShape
 from riglens.widgets.sensors.appearance import ray_colour
 from riglens.widgets.theme import LIGHT
 
@@ -31,119 +29,17 @@ TONES = {
     "lamp": (0.92, 0.92, 0.86, 1.0), "tail": (0.70, 0.16, 0.14, 1.0), "rim": (0.50, 0.52, 0.55, 1.0),
 }  # fmt: skip
 DARK = (0.22, 0.23, 0.25, 1.0)
-RAYS_SHOWN, RAY_M, RAY_OPACITY = 150, 12.0, 0.22
-WEDGE_M, CIRCLE_M = 1.5, 0.5
-"""Drawn length of fields of view; those all around are circles."""
-_SCALE = 62.0
+RAYS_SHOWN, RAY_M, RAY_OPACITY = 100, 5.0, 0.16
 _MASK_DPI, _MASK_SCALE, _AT_ONCE = 100, 0.8, 200
 """Outline of the car: pixels of the picture per pixel of the plan, and triangles filled together."""
 MESH_CELLS = 160
-_SAME, _DIGIT_WIDE, _LABEL_HIGH = 5.0, 7.0, 11.0
-"""In a plan: so near to each other sensors are at one place; width of a digit and height of a line."""
 
 
-class Label(NamedTuple):
-    """Numbers of sensors at one place of a plan: where the text begins, and its base line."""
-
-    left: float
-    base: float
-    text: str
-
-    def meets(self, other: Label) -> bool:
-        """Return whether two labels are drawn over each other."""
-        apart_x = max(self.left - other.right, other.left - self.right)
-        return max(apart_x, abs(self.base - other.base) - _LABEL_HIGH) < 0.0
-
-    @property
-    def right(self) -> float:
-        """Return roughly where the text ends."""
-        return self.left + _DIGIT_WIDE * len(self.text)
-
-
-@dataclass(frozen=True)
-class Plans:
-    """Plans of the car and its sensors from above and from the left, side by side, for plans.svg, in its units.
-
-    Lines and areas are texts of points, as SVG has them: wedges are (colour, points), an outline is all lines around
-    and within the car from one side; dots are (x, y, colour, name); legend: colours and their meanings.
-    """
-
-    width: float
-    height: float
-    wedges: tuple[tuple[str, str], ...]
-    ground: str
-    outlines: tuple[str, ...]
-    dots: tuple[tuple[float, float, str, str], ...]
-    legend: tuple[tuple[str, str], ...]
-    labels: tuple[Label, ...]
-
-
-def plans(rig: Rig) -> Plans:
-    """Lay out both plans of a rig."""
-    triangles = np.concatenate([points[triangles] for _, points, triangles in _surfaces(rig)])
-    spots = np.array([sensor.position for sensor in rig.sensors]).reshape(-1, 3)
-    enabled = [sensor for sensor in rig.sensors if sensor.enabled]
-    views = [_view(sensor) for sensor in enabled]
-    every = np.concatenate([triangles.reshape(-1, 3), spots])
-    low, high = every.min(axis=0) - 0.3, every.max(axis=0) + 0.3
-    flat = np.concatenate([every, *views])[:, :2]
-    low[:2], high[:2] = flat.min(axis=0) - 0.3, flat.max(axis=0) + 0.3
-    low[2] = -0.2
-    wide = float(high[1] - low[1]) * _SCALE, float(high[0] - low[0]) * _SCALE
-
-    def above(place: Points) -> Points:
-        return np.stack([high[1] - place[..., 1], high[0] - place[..., 0]], axis=-1) * _SCALE
-
-    def beside(place: Points) -> Points:
-        across = np.stack([high[0] - place[..., 0], high[2] - place[..., 2]], axis=-1) * _SCALE
-        return np.asarray(across + np.array([wide[0] + 40.0, 0.0]))
-
-    looks = (above, beside)
-    return Plans(
-        width=wide[0] + wide[1] + 40.0,
-        height=max(float(high[0] - low[0]), float(high[2] - low[2])) * _SCALE,
-        wedges=tuple(
-            (ray_colour(s.kind, LIGHT), _path(above(view))) for s, view in zip(enabled, views, strict=True)
-        ),
-        ground=_path(beside(np.array([[high[0], 0.0, 0.0], [low[0], 0.0, 0.0]]))),
-        outlines=tuple(_outline(look(triangles)) for look in looks),
-        dots=tuple(
-            (x, y, ray_colour(sensor.kind, LIGHT), sensor.name)
-            for look in looks
-            for sensor, (x, y) in zip(rig.sensors, look(spots).tolist(), strict=True)
-        ),
-        labels=tuple(label for look in looks for label in labels(look(spots))),
-        legend=tuple(
-            {
-                kind.name: (ray_colour(kind.name, LIGHT), kind.title) for kind in map(kind_of, rig.sensors)
-            }.values()
-        ),
-    )
-
-
-def labels(places: Points) -> list[Label]:
-    """Return a label for each of some places (n, 2) of a plan, one for those that are the same; none over another as
-    long as there is room right, left, above or below. Sensors count from 1."""
-    groups: list[tuple[tuple[float, float], list[int]]] = []
-    for number, (x, y) in enumerate(places.tolist(), 1):
-        near = next((held for (ax, ay), held in groups if math.hypot(x - ax, y - ay) < _SAME), None)
-        if near is None:
-            groups.append(((x, y), [number]))
-        else:
-            near.append(number)
-    found: list[Label] = []
-    dots = [Label(x - _DIGIT_WIDE / 2, y + 4.0, "o") for (x, y), _ in groups]
-    for (x, y), numbers in groups:
-        text = ", ".join(map(str, numbers))
-        wide = _DIGIT_WIDE * len(text)
-        rooms = [
-            Label(x + dx, y + 4.0 + step * _LABEL_HIGH, text)
-            for step in (0, -1, 1, -2, 2, -3, 3)
-            for dx in (6.0, -6.0 - wide)
-        ]
-        free = (room for room in rooms if not any(room.meets(other) for other in (*found, *dots)))
-        found.append(next(free, rooms[0]))
-    return found
+def car_shape(rig: Rig) -> CarShape:
+    """Return the outlines of a rig's car."""
+    triangles = np.concatenate([points[triangles] for _, points, triangles in _surfaces(rig)]) * UNITS_PER_M
+    x, y, z = triangles[..., 0], triangles[..., 1], triangles[..., 2]
+    return CarShape(_outline(np.stack([-y, -x], axis=-1)), _outline(np.stack([-x, -z], axis=-1)))
 
 
 def _outline(triangles: Points) -> str:
@@ -169,17 +65,6 @@ def _outline(triangles: Points) -> str:
     middles = np.arange(ink.shape[1]) + 0.5, np.arange(ink.shape[0]) + 0.5
     lines = axes.contour(*middles, ink, [0.5]).allsegs[0]
     return " ".join(f"M{_path(np.asarray(line) / _MASK_SCALE + low)}Z" for line in lines)
-
-
-def _view(sensor: Sensor) -> Points:
-    """Return the horizontal field of view of a sensor: a wedge (n, 3) that begins at it, or a circle."""
-    wide = kind_of(sensor).view_deg(sensor)[0]
-    is_round = wide >= 359.0
-    half = math.radians((min(wide, 360.0) if math.isfinite(wide) else 180.0) / 2)
-    turns = np.linspace(-half, half, 48)
-    local = np.stack([np.cos(turns), np.sin(turns), np.zeros_like(turns)], axis=1)
-    arc = np.array(sensor.position) + (CIRCLE_M if is_round else WEDGE_M) * local @ sensor.pose.rotation().T
-    return np.asarray(arc if is_round else np.concatenate([[sensor.position], arc]))
 
 
 def _path(points: Points) -> str:

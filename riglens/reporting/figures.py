@@ -13,9 +13,13 @@ from riglens.core.blind.zones import BlindMap
 from riglens.core.engine.audit import audit, audit_document
 from riglens.core.engine.engine import Engine
 from riglens.core.errors import InputError
-from riglens.core.figures.documents import evaluation_document
+from riglens.core.figures.documents import estimate_document, evaluation_document
 from riglens.core.figures.evaluated import Evaluated, EvaluationSettings, Evaluator
+from riglens.core.figures.hits import MISSED
 from riglens.core.figures.registry import figure_named
+from riglens.core.figures.sentence import changes_of, sentence
+from riglens.core.footprint.document import footprints_document, footprints_of
+from riglens.core.footprint.ground import Footprint
 from riglens.core.kernels.runtime import jit
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import Body, Method, Reading
@@ -27,6 +31,7 @@ from riglens.core.review.documents import (
     check_document,
     coverage_document,
     mounts_document,
+    places_document,
     settings_document,
     tolerance_document,
 )
@@ -37,11 +42,13 @@ from riglens.core.review.redundancy import NO_EVIDENCE, target_coverage, voxel_c
 from riglens.core.review.requirements import Requirements
 from riglens.core.review.tolerance import MAX_DRAWS, SAMPLE_FRAMES, profile_called, tolerance
 from riglens.core.review.verdicts import verdicts
+from riglens.core.rig.history import differences_in_words
 from riglens.core.rig.model import FORMAT_VERSION, MAX_SENSORS, Rig
 from riglens.core.rig.yaml.file import dumps
 from riglens.core.rig.yaml.nodes import shortened
 from riglens.core.scene.boxes import Progress
-from riglens.core.targets.detection_range import USUAL_PLAN, DetectionRange
+from riglens.core.shown_text import numbered
+from riglens.core.targets.detection_range import USUAL_PLAN
 from riglens.core.targets.detection_range_making import detection_range_of
 from riglens.core.targets.detection_range_table import range_document
 from riglens.core.targets.settings import TargetSettings
@@ -91,17 +98,17 @@ class Stages:
 
 
 class Labels(Frozen):
-    """Words of the reader's own in the header: project, revision, author."""
+    """Words of the reader's own in the header: project, revision, author, reviewer."""
 
     project: str | None = Field(default=None, max_length=MOST_LETTERS)
     revision: str | None = Field(default=None, max_length=MOST_LETTERS)
     author: str | None = Field(default=None, max_length=MOST_LETTERS)
+    reviewer: str | None = Field(default=None, max_length=MOST_LETTERS)
 
     @property
     def words(self) -> tuple[str, ...]:
         """Return the given labels, each with its caption."""
-        given = (("Project", self.project), ("Revision", self.revision), ("Author", self.author))
-        return tuple(f"{name}: {text}" for name, text in given if text)
+        return tuple(f"{name.capitalize()}: {text}" for name, text in self.model_dump().items() if text)
 
 
 NO_LABELS = Labels()
@@ -123,8 +130,8 @@ def _known_figure(key: str) -> str:
 
 
 class WhyHere(Frozen):
-    """Reasons for the places of sensors: the search that proposed the first rig of a report, as it was found then, with
-    the key of the figure that it was to improve."""
+    """Reasons for the places of sensors: the search that proposed a rig of a report, as it was found then, with the key
+    of the figure that it was to improve."""
 
     figure: Annotated[str, AfterValidator(_known_figure)]
     sensors: list[str] = Field(max_length=MAX_SENSORS)
@@ -134,9 +141,8 @@ class WhyHere(Frozen):
     checks: list[KeptGain] = Field(max_length=100)
 
 
-def labels_of(project: str | None, revision: str | None, author: str | None) -> Labels:
-    """Return the labels of a report; InputError for one that is too long."""
-    given = {"project": project, "revision": revision, "author": author}
+def labels_of(**given: str | None) -> Labels:
+    """Return the labels of a report by the names of their fields; InputError for one that is too long."""
     for name, text in given.items():
         if text is not None and len(text) > MOST_LETTERS:
             raise InputError(f"{name} must have at most {MOST_LETTERS} characters (got {len(text)})")
@@ -146,7 +152,10 @@ def labels_of(project: str | None, revision: str | None, author: str | None) -> 
 @dataclass(frozen=True)
 class ReportPlan:
     """Plan of a report: rigs with the meshes of their bodies, a scene, score options, draws of the tolerance (0: none)
-    and their seed, requirements with their text, if any, labels, and the search behind the first rig, if any."""
+    and their seed, requirements with their text, if any, labels, and the search behind one of the rigs, if any.
+
+    names: of the rigs in the report, which differ; by default those of the rigs, numbered where they are equal.
+    """
 
     rigs: tuple[Rig, ...]
     scene: SceneOptions
@@ -157,6 +166,11 @@ class ReportPlan:
     requirements_text: str | None = None
     labels: Labels = NO_LABELS
     why: WhyHere | None = None
+    names: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if len(set(self.names)) != len(self.rigs):
+            object.__setattr__(self, "names", numbered([rig.name for rig in self.rigs]))
 
 
 class Inputs(Frozen):
@@ -176,15 +190,16 @@ class Inputs(Frozen):
     requirements: str | None
     labels: Labels = Labels()
     why: WhyHere | None = None
+    names: list[str] = Field(default=[], max_length=MAX_SENSORS)
 
 
 @dataclass(frozen=True)
 class Report:
-    """The figures, and what pictures are drawn from, rig by rig: maps of blind zones, and detection ranges."""
+    """The figures, and what drawings are made from, rig by rig: maps of blind zones, and footprints."""
 
     figures: dict[str, Any]
     maps: tuple[BlindMap, ...]
-    ranges: tuple[DetectionRange, ...]
+    footprints: tuple[tuple[Footprint, ...], ...]
 
 
 def report_of(plan: ReportPlan, tell: Stage, monitor: Monitor = SILENT) -> Report:
@@ -196,7 +211,8 @@ def report_of(plan: ReportPlan, tell: Stage, monitor: Monitor = SILENT) -> Repor
     traffic = None if plan.scene.pog is not None else load_traffic(plan.scene, WITHIN_M)
     settings = EvaluationSettings(settings_of(score), TargetSettings(body=score.body))
     evaluate = Evaluator(field, traffic, settings, score.threads)
-    evaluated, parts, maps, ranges = [], [], [], []
+    evaluated: list[Evaluated] = []
+    parts, maps, footprints = [], [], []
     for rig in plan.rigs:
         stages.begin("Scoring", rig.name)
         voxels = evaluate(rig, ("voxels",)).voxels
@@ -209,16 +225,44 @@ def report_of(plan: ReportPlan, tell: Stage, monitor: Monitor = SILENT) -> Repor
         voxels = replace(voxels, elapsed_ms=0.0)
         objects = None if objects is None else replace(objects, elapsed_ms=0.0)
         evaluated.append(Evaluated(rig, settings, field, voxels, objects, found))
-        ranges.append(
-            detection_range_of(
-                rig, USUAL_PLAN, score.threads,
-                progress=stages.begin("Finding detection ranges", rig.name),
-            )
-        )  # fmt: skip
+        progress = stages.begin("Finding detection ranges", rig.name)
+        ranges = detection_range_of(rig, USUAL_PLAN, score.threads, progress=progress)
+        footprints.append(footprints_of(rig))
         parts.append(_parts(plan, evaluated[-1], evaluate.voxels, traffic, stages))
-        parts[-1]["range"] = range_document(ranges[-1])
+        parts[-1] |= {
+            "range": range_document(ranges),
+            "footprint": _footprint(rig, footprints[-1]),
+            "missed": None if objects is None else _missed(evaluated[-1], evaluated[0]),
+            "against": None if len(evaluated) == 1 else _against(evaluated[-1], evaluated[0], plan.names[0]),
+        }
     figures = _figures(plan, field, evaluated, parts, score)
-    return Report(figures, tuple(maps), tuple(ranges))
+    return Report(figures, tuple(maps), tuple(footprints))
+
+
+def _footprint(rig: Rig, found: Sequence[Footprint]) -> dict[str, Any]:
+    """Return the footprints of a rig without their outlines, which the drawings have."""
+    document = footprints_document(rig, found)
+    for band in (band for sensor in document["sensors"] for band in sensor["bands"]):
+        del band["outlines_m"]
+    return document
+
+
+def _missed(now: Evaluated, first: Evaluated) -> dict[str, Any]:
+    assert now.objects is not None
+    return places_document(MISSED, now.objects, first.objects)
+
+
+def _against(now: Evaluated, first: Evaluated, called: str) -> dict[str, Any]:
+    """Return how a rig compares with the first one: in a sentence, figure by figure, and what differs in the rigs."""
+    changes = changes_of(now, first)
+    return {
+        "sentence": sentence(changes, called),
+        "edits": list(differences_in_words(first.rig, now.rig)),
+        "changes": {
+            key: {who: estimate_document(change) for who, change in of_figure.items()}
+            for key, of_figure in changes.items()
+        },
+    }
 
 
 def report_profiles() -> tuple[tuple[Profile, ...], list[str]]:
@@ -305,6 +349,7 @@ def _figures(
             requirements=plan.requirements_text,
             labels=plan.labels,
             why=plan.why,
+            names=list(plan.names),
         ).model_dump(by_alias=True, exclude={"why"} if plan.why is None else None),
         "left_out": report_profiles()[1],
         "targets": evaluation.pop("targets", None),

@@ -18,7 +18,7 @@ from riglens.core.rig.model import Rig
 from riglens.core.rig.ray_file import read_ray_rows
 from riglens.core.rig.yaml.file import loads
 from riglens.core.rig.yaml.nodes import read_text
-from riglens.core.shown_text import visible
+from riglens.core.shown_text import numbered, visible
 from riglens.core.vehicle.mesh_file import with_mesh_read
 from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.rendering.system_libraries import require_system_libraries
@@ -59,8 +59,9 @@ def write_report(
     draws_and_seed: tuple[int, int],
     labels: Labels,
     monitor: Monitor,
+    files: Sequence[str] = (),
 ) -> None:
-    """Make the page or PDF of some rigs."""
+    """Make the page or PDF of some rigs; files: what tells rigs of one name apart."""
     text = required = None
     if requirements is not None:
         text = read_text(requirements, "a file of requirements")
@@ -68,10 +69,23 @@ def write_report(
         score = score.as_required(required.settings.body, requirements)
         scene = scene.as_required(required.settings, requirements)
     draws, seed = draws_and_seed
-    plan = ReportPlan(tuple(rigs), scene, score, draws, seed, required, text, labels)
+    names = numbered([rig.name for rig in rigs], files)
+    plan = ReportPlan(portable(rigs), scene, score, draws, seed, required, text, labels, names=names)
     with monitor.stage("Making the report") as tell:
         document = document_of(plan, report_of(plan, tell, monitor))
     write_file(out, rendered(document, out.suffix.lower()))
+
+
+def portable(rigs: Sequence[Rig]) -> tuple[Rig, ...]:
+    """Return rigs that name the mesh files of their bodies without folders, which tell about this machine."""
+    return tuple(
+        rig.model_copy(
+            update={"vehicle": rig.vehicle.model_copy(update={"body": _named_below(rig.vehicle.body)})}
+        ).with_body_mesh(rig.vehicle.body_mesh)
+        if rig.vehicle.has_mesh_file
+        else rig
+        for rig in rigs
+    )
 
 
 def require_pango() -> None:
@@ -115,7 +129,12 @@ def verified(
     with monitor.stage("Recomputing the figures") as tell:
         document = document_of(plan, report_of(plan, tell, monitor))
     lines = differences(attached, document.figures)
-    given = (*plan.labels.words, *(() if plan.why is None else ("why sensors are where they are",)))
+    named = numbered([rig.name for rig in plan.rigs]) != plan.names
+    given = (
+        *plan.labels.words,
+        *(() if plan.why is None else ("why sensors are where they are",)),
+        *((f"files of rigs: {', '.join(plan.names)}",) if named else ()),
+    )
     return Verified(lines, first_difference(content, rendered(document, form_of(content)), str(path)), given)
 
 
@@ -157,6 +176,7 @@ def _plan_of(
         inputs.requirements,
         inputs.labels,
         inputs.why,
+        tuple(inputs.names),
     )
 
 

@@ -5,27 +5,28 @@ Whatever is put into a template is escaped, and written out where it has no widt
 
 from __future__ import annotations
 
-import base64
 import hashlib
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
 
 from riglens.core.blind.zones import HEIGHTS_M
 from riglens.core.errors import InputError
-from riglens.core.figures.figure import Figure
+from riglens.core.figures.figure import Estimate, Figure
 from riglens.core.figures.objects import ObjectFigure
 from riglens.core.figures.registry import figure_named, leading_figures, object_figures
 from riglens.core.figures.text import UNITS, change_unit, in_unit
 from riglens.core.review.documents import settings_text
 from riglens.core.review.findings import amounts
-from riglens.core.review.mounts import SIDES, USUAL_LIMITS
+from riglens.core.review.mounts import SIDES
 from riglens.core.rig.library import default_library
+from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensing.rays import farthest_m
 from riglens.core.sensors.base import Sensor
@@ -33,13 +34,30 @@ from riglens.core.sensors.registry import kind_of, kinds
 from riglens.core.shown_text import visible
 from riglens.core.targets.calibration import Domain
 from riglens.core.targets.detection_range_text import HEADINGS, bearing_text
+from riglens.reporting.charts import (
+    FEW_OBJECTS,
+    SPEEDS_KMH,
+    blind_areas,
+    estimate_of,
+    missed_wheel,
+    range_chart,
+)
 from riglens.reporting.document import ReportDocument
-from riglens.reporting.summary import missed_objects, smallest_range, worst_failure, worst_profile
+from riglens.reporting.plans import NARROW_DEG
+from riglens.reporting.summary import (
+    change_words,
+    estimate_words,
+    headline,
+    leading_of,
+    missed_objects,
+    subjects,
+    worst_cards,
+)
+from riglens.reporting.svg import DARK, GAIN, INK, LINE, LOSS_TEXT, PANEL, PAPER, SOFT, Drawing
 
 Figures = dict[str, Any]
-FEW_ROWS, SHORT, MOST_MISSED = 14, 40, 40
-"""Rows of a table that is not cut by the end of a page, letters of a cell that is not broken into lines, and missed
-objects that are listed."""
+FEW_ROWS, SHORT = 14, 40
+"""Rows of a table that is not cut by the end of a page, and letters of a cell that is not broken into lines."""
 NEVER = "never"
 OUTCOMES = {
     "hits_car": "hit the car", "never_enters": "outside", "ground": "ground",
@@ -49,8 +67,8 @@ OUTCOMES = {
 
 
 def percent(value: Any) -> str:
-    """Return a fraction as percent with two decimals."""
-    return f"{100.0 * float(value):.2f} %"
+    """Return a fraction as percent with one decimal."""
+    return minus(f"{100.0 * float(value):.1f} %")
 
 
 def square_metres(value: Any) -> str:
@@ -71,11 +89,6 @@ def metres(value: Any) -> str:
 def whole(value: Any) -> str:
     """Return a count."""
     return f"{value:,}"
-
-
-def in_brackets(write: Callable[[Any], str]) -> Callable[[Any], str]:
-    """Return what writes a figure that is outside of what it was shown for."""
-    return lambda value: f"({write(value)})"
 
 
 def minus(text: str) -> str:
@@ -137,6 +150,131 @@ def at(figures: Figures, path: str) -> Any:
     return value
 
 
+GLOSSARY = (
+    ("Body", "blocks: rays end at the car's own body and housings; ignored: they pass through it."),
+    (
+        "Detected",
+        "5 LiDAR points or more, half of the silhouette in a picture, or a return of another kind of sensor.",
+    ),
+    (
+        "Silhouette",
+        "what a camera would show of an object with nothing in front of it and a picture without edges.",
+    ),
+    (
+        "Pixels per metre",
+        "of an upright board; EN 62676-4: 25 to detect, 63 to observe, 125 to recognise, 250 to identify.",
+    ),
+    ("Blind", "no ray passes through an object of that height which stands there."),
+    ("Detection range", "first distance with too few points or pixels on one object alone in the open."),
+    ("Stopping distance", "way of reaction and braking; the range chart says with which assumptions."),
+    (
+        "Entropy",
+        "uncertainty of where objects are, summed over voxels, in nat; seen: the share that rays traverse.",
+    ),
+    ("S-MS", "score of the paper on camera and LiDAR placement (ICRA 2024); it falls as coverage grows."),
+    ("±", "two standard errors: about 95 of 100 samples are nearer to the exact value."),
+)
+
+
+def sensors_text(rig: Rig) -> str:
+    """Return the number of enabled sensors of each kind, and of those that are off."""
+    enabled = [sensor.kind for sensor in rig.sensors if sensor.enabled]
+    counts = [(enabled.count(kind.name), kind) for kind in kinds()]
+    words = [f"{count} {kind.title if count == 1 else kind.plural}" for count, kind in counts if count]
+    off = len(rig.sensors) - len(enabled)
+    return ", ".join([*words, *([f"{off} off"] if off else [])]) or "none"
+
+
+def models_in(document: ReportDocument) -> list[str]:
+    """Return the sensor models of all rigs, each once."""
+    return sorted({sensor.model for rig in document.rigs for sensor in rig.sensors if sensor.model})
+
+
+def profiles_in(document: ReportDocument) -> list[tuple[str, str]]:
+    """Return titles and sources of the profiles of test objects, each once."""
+    every = (profile for rig in document.figures["rigs"] for profile in rig["blind"]["profiles"])
+    return list(dict.fromkeys((profile["title"], profile["source"]) for profile in every))
+
+
+def near_and_far(
+    document: ReportDocument, number: int, classes: Sequence[str]
+) -> tuple[Drawing, list[tuple[str, Drawing]], list[tuple[str, Drawing]], list[Figures], str]:
+    """Return the drawings of page 3 that are made of figures alone: blind areas, ranges and missed objects by class,
+    with the stopping distances that they show and a legend of the lines."""
+    key, shape = f"rig{number + 1}", document.drawings[number].shape
+    rig, first = document.figures["rigs"][number], document.figures["rigs"][0] if number else None
+    heights = [
+        (f"rigs/{number}/blind/zones/0/heights/{place}/unseen_m2", one)
+        for place, one in enumerate(rig["blind"]["zones"][0]["heights"])
+    ]
+    areas = blind_areas(key, heights, first and first["blind"]["zones"][0]["heights"])
+    rows = rig["range"]["rigs"][0]["rows"]
+    there = [kind.plural for kind in kinds() if any(kind.name in row for row in rows)]
+    ranged = list(dict.fromkeys(row["class"] for row in rows)) if there else []
+    before = first and first["range"]
+    charts = [(cls, range_chart(key, cls, rig["range"], before, shape)) for cls in ranged]
+    wheels = [] if rig["missed"] is None else [
+        (cls, missed_wheel(key, cls, rig["missed"], bool(number), shape)) for cls in classes
+    ]  # fmt: skip
+    stops = [one for one in rig["range"]["stopping"]["distances"] if one["speed_kmh"] in SPEEDS_KMH]
+    lines = zip(there, ("solid", "dashed", "dotted", "dash-dotted"), strict=False)
+    return areas, charts, wheels, stops, "; ".join(f"{name}: {line}" for name, line in lines) + "."
+
+
+class SensorRow(NamedTuple):
+    """Texts of a sensor's row, and where its footprint and its mount stand among the figures of the rig."""
+
+    position: str
+    angles: str
+    view: str
+    pixels: str
+    footprint: int | None
+    mount: int | None
+    remarks: str
+
+
+def sensor_row(rig: Rig, figures: Figures, place: int) -> SensorRow:
+    """Return the row of a sensor."""
+    sensor = rig.sensors[place]
+    footprints, mounts = figures["footprint"]["sensors"], figures["mounts"]["mounts"]
+    footprint = next((n for n, one in enumerate(footprints) if one["name"] == sensor.name), None)
+    tall = [
+        one["height_px"]
+        for one in (() if footprint is None else footprints[footprint].get("pixels_on", ()))
+        if one["class"] == "pedestrian" and one["distance_m"] <= 50.0
+    ]
+    pixels = " / ".join("—" if px is None else f"{px:.0f}" for px in tall)
+    said = (one["text"] for one in figures["mounts"]["violations"] if one["sensor"] == sensor.name)
+    broken = (text.split(" must be ")[0] for text in said)
+    return SensorRow(
+        ", ".join(minus(f"{value:.2f}") for value in sensor.position),
+        ", ".join(minus(f"{round(value, 1) + 0.0:g}") for value in sensor.rpy_deg),
+        view_text(sensor), pixels or "—", footprint,
+        next((n for n, one in enumerate(mounts) if one["name"] == sensor.name), None),
+        "; ".join(broken),
+    )  # fmt: skip
+
+
+def _dark_style() -> Markup:
+    """Return the rules that give a dark page its colours, drawings included."""
+    named = {
+        "ink": INK,
+        "quiet": SOFT,
+        "line": LINE,
+        "panel": PANEL,
+        "paper": PAPER,
+        "good": GAIN,
+        "bad": LOSS_TEXT,
+    }
+    root = "; ".join(f"--{name}: {DARK[colour]}" for name, colour in named.items())
+    drawn = " ".join(
+        f'[{part}="{light}"] {{ {part}: {dark} }}'
+        for light, dark in DARK.items()
+        for part in ("fill", "stroke")
+    )
+    return Markup(f"@media screen and (prefers-color-scheme: dark) {{ :root {{ {root} }} {drawn} }}")
+
+
 def report_page(document: ReportDocument) -> str:
     """Return the page for browsers and for print; equal documents give equal text."""
     figures = document.figures
@@ -150,6 +288,8 @@ def report_page(document: ReportDocument) -> str:
             classes=classes,
             absent=[name for name in CLASSES if name not in classes],
             lost_titles=[f"lost: {name}" for name in classes],
+            subjects=subjects(document),
+            dark_style=_dark_style(),
         )
     )
 
@@ -174,24 +314,23 @@ def _templates() -> Environment:
     )
     made.policies["json.dumps_kwargs"] = {"separators": (",", ":"), "allow_nan": False}
     made.filters |= {
-        "base64": lambda content: base64.b64encode(content).decode("ascii"),
         "bearing_text": lambda bearing: minus(bearing_text(bearing)),
-        "numeral": lambda value: minus(f"{value:g}"),
         "sha256": lambda text: hashlib.sha256(text.encode("utf-8")).hexdigest(),
     }
-    writers = (percent, square_metres, thousand_nat, metres, whole, plain)
+    writers = (percent, square_metres, metres, whole, plain)
     made.globals |= {write.__name__: write for write in writers} | {
         function.__name__: function
         for function in (
-            at, body_text, range_lines, difference_text, few_words, gains_in, has_figure, in_brackets, leading_columns,
-            limit_texts, missed_objects, object_columns, origin, reason_of, region_of, sector_columns, settings_text,
-            smallest_range, verdict_text, view_text, worst_failure, worst_profile, zone_places,
+            at, body_text, range_lines, change_words, difference_text, estimate_of, estimate_words, few_words, gains_in,
+            has_figure, headline, leading_columns, leading_of, limit_texts, missed_objects, models_in,
+            near_and_far, ranges_text, object_columns, origin, profiles_in, reason_of, region_of, sector_columns,
+            sensor_row, sensors_text, settings_text, verdict_text, worst_cards, zone_places,
         )
     } | {
         "first_within": lambda to_m: partial(first_text, to_m=to_m),
         "heights_m": HEIGHTS_M, "few_rows": FEW_ROWS, "short": SHORT,
-        "most_missed": MOST_MISSED,
-        "outcomes": OUTCOMES, "sides": SIDES, "usual_gap_m": USUAL_LIMITS.gap_m,
+        "few_objects": FEW_OBJECTS, "narrow_deg": NARROW_DEG, "glossary": GLOSSARY,
+        "outcomes": OUTCOMES, "sides": SIDES,
     }  # fmt: skip
     return made
 
@@ -210,7 +349,11 @@ class Column:
     @property
     def title(self) -> str:
         """Its title, with the unit that cells do not repeat."""
-        return f"{self.figure.title}, {UNITS['nat']}" if self.figure.unit == "nat" else self.figure.title
+        return (
+            f"{self.figure.title}, {UNITS[self.figure.unit]}"
+            if self.figure.unit != "points"
+            else self.figure.title
+        )
 
     @property
     def write(self) -> Callable[[Any], str]:
@@ -228,11 +371,18 @@ class Column:
         found: Figures | None = of_class["figures"].get(self.figure.key)
         return found
 
-    def sector_path(self) -> str:
-        """Return where the value stands in a sector."""
-        name = self.figure.place.split(".")[-1]
-        is_calibrated = isinstance(self.figure, ObjectFigure) and self.figure.calibration is not None
-        return f"{name}/value" if is_calibrated else name
+    @property
+    def sector_name(self) -> str:
+        """Return its name in a sector."""
+        return self.figure.place.split(".")[-1]
+
+    def in_sector(self, document: ReportDocument, rig: int, cls: str, sector: Figures) -> Estimate:
+        """Return the figure of a rig and class in a sector, in the state that it has for the class."""
+        found, whole = sector[self.sector_name], self.at(document, rig, cls)
+        if whole is None or whole["value"] is None or found is None or not sector["objects"]:
+            return Estimate.none("")
+        value, se = (found["value"], found["se"]) if isinstance(found, dict) else (found, 0.0)
+        return Estimate(value, se, whole["state"])
 
 
 def leading_columns() -> list[Column]:
@@ -298,14 +448,23 @@ def zone_places(zones: list[Figures]) -> list[tuple[str, int]]:
     return [(title, place_of[by, count]) for title, by, count in columns if (by, count) in place_of]
 
 
-def view_text(sensor: Sensor) -> tuple[str, str]:
-    """Return the field of view of a sensor, across and up, and its range."""
-    wide, high = (
-        f"{angle:.0f}" if math.isfinite(angle) else "—" for angle in kind_of(sensor).view_deg(sensor)
+def view_text(sensor: Sensor) -> str:
+    """Return the field of view of a sensor, across and up, in degrees."""
+    angles = kind_of(sensor).view_deg(sensor)
+    return " × ".join(f"{angle:.0f}" if math.isfinite(angle) else "—" for angle in angles)
+
+
+def ranges_text(rig: Rig) -> str:
+    """Return the ranges of a rig's sensors, each with the models that have it."""
+    models: dict[str, list[str]] = {}
+    for sensor in rig.sensors:
+        near, far = sensor.range_m[0], farthest_m(sensor)
+        reach = f"{near:g} to {far:g} m" if math.isfinite(far) else f"from {near:g} m" if near else "no limit"
+        models.setdefault(reach, []).append(sensor.model or sensor.name)
+    return (
+        "; ".join(f"{', '.join(dict.fromkeys(names))} {reach}" for reach, names in models.items())
+        or "no sensor"
     )
-    near, far = sensor.range_m[0], farthest_m(sensor)
-    reach = "no limit" if math.isinf(far) else f"{near:g} to {far:g}"
-    return f"{wide} × {high}", reach if near == 0.0 or math.isfinite(far) else f"from {near:g}"
 
 
 def region_of(calibration: Figures) -> str:

@@ -150,6 +150,7 @@ def _placed(
         rooms = (
             (words, room)
             for words in ((mast.full, mast.short) if is_selected else (mast.short,))
+            if words
             for room in _rooms(words, places, size, font_px)
         )
         used = [*(() if is_selected else taken), *(room for _, room in found)]
