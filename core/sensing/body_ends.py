@@ -15,9 +15,9 @@ from riglens.core.kernels.body.screen import Screen
 from riglens.core.kernels.rays.cast import Cast
 from riglens.core.kernels.runtime import codes
 from riglens.core.rig.library import Cylinder, body_of
-from riglens.core.rig.model import Camera, Sensor
+from riglens.core.rig.model import Sensor
 from riglens.core.sensing.kept import RAYS, KeptAnswers
-from riglens.core.sensing.ray_tiles import TILE_ROWS, tiled
+from riglens.core.sensing.ray_tiles import TILE_ROWS, is_image, tiled
 from riglens.core.sensing.rays import lattice, rotate
 from riglens.core.sensing.screens import screen_of
 from riglens.core.sensors.base import rays_of, unplaced
@@ -196,7 +196,7 @@ def barrier_shadow(
     screen = screen_of(sensor)
     if screen is not None:
         return _by_triangle(rays, screen, barrier, empty_box, workers)
-    if isinstance(sensor, Camera):
+    if is_image(sensor):
         return _of_lens(sensor, rays, barrier, empty_box, workers)
     return _by_tree(rays, barrier, empty_box, workers)
 
@@ -266,7 +266,7 @@ def _lens_ends(at: _LensAtBody) -> tuple[NDArray[np.int32], NDArray[np.float64]]
 
 
 def _of_lens(
-    camera: Camera, rays: Cast, barrier: Barrier, empty_box: NDArray[np.float64], workers: int
+    camera: Sensor, rays: Cast, barrier: Barrier, empty_box: NDArray[np.float64], workers: int
 ) -> Shadow:
     """Offer each triangle to the rays of a lens that can meet it, or return what was found before."""
     stops = barrier.stops.tobytes()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import singledispatch
 from itertools import pairwise
 
 import numpy as np
@@ -40,6 +41,17 @@ _WIDER = 1.0 + 1e-9
 NO_TILES = np.zeros((0, FIELDS))
 
 
+@singledispatch
+def is_image(_: Sensor) -> bool:
+    """Return whether the rays of a sensor form an image."""
+    return False
+
+
+@is_image.register
+def _is_image(_: Camera) -> bool:
+    return True
+
+
 def tiled(sensor: Sensor) -> TiledRays:
     """Return the rays of a sensor in tiles."""
     return _tiled(unplaced(sensor))
@@ -55,7 +67,7 @@ def _tiled(sensor: Sensor) -> TiledRays:
         directions = np.full((sensor.ray_count, 3), np.nan)
         directions[table.exists] = known
         numbers = np.where(table.exists, np.cumsum(table.exists) - 1, -1)
-    tile_columns = IMAGE_COLUMNS if isinstance(sensor, Camera) else PATTERN_COLUMNS
+    tile_columns = IMAGE_COLUMNS if is_image(sensor) else PATTERN_COLUMNS
     return TiledRays(tiles_of(directions, columns, tile_columns), columns, numbers)
 
 

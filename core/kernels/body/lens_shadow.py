@@ -199,7 +199,7 @@ def find_lens_ends(
     """Write where listed rays, in metres, first meet a solid beyond `start`, to ends (rays,), infinite before. Workers
     take strips of rows, whole tiles, in turn."""
     rows = int(np.max(lens.tiles[:, ROW] + lens.tiles[:, ROWS])) if lens.tiles.shape[0] > 0 else 0
-    strip_rows = rows if workers == 1 else strip_rows
+    strip_rows = max(rows, 1) if workers == 1 else strip_rows
     for worker in numba.prange(workers):
         normals, stack, sides = np.empty((3, 3)), np.empty(128, np.int64), new_sides()
         for first in range(worker * strip_rows, rows, workers * strip_rows):
