@@ -22,6 +22,8 @@ class ResultStore(QObject):
     """An exact Result; it may belong to an earlier rig while the mouse moves on."""
     approximated = Signal(object)
     """An Approximation to show until the exact Result arrives."""
+    forgotten = Signal()
+    """Another rig was opened: nothing that is shown is about it, and answers on the one before are dropped."""
 
     def __init__(self, session: Session, recompute: Recompute) -> None:
         super().__init__()
@@ -35,6 +37,7 @@ class ResultStore(QObject):
         recompute.evaluated.connect(self.take, queued)
         recompute.approximated.connect(self.take_approximation, queued)
         session.request_changed.connect(self._ask_again)
+        session.document.opened.connect(self._forget)
 
     @property
     def is_current(self) -> bool:
@@ -58,6 +61,12 @@ class ResultStore(QObject):
     def _ask_again(self) -> None:
         if self._request is not None:
             self.ask()
+
+    def _forget(self) -> None:
+        """Drop what is known of the rig before, unless the one opened has the same answer."""
+        if self._request is not None and self._session.request() != self._request:
+            self._shown_revision = self._session.document.revision + 1  # opening counts as the next
+            self.forgotten.emit()
 
     def take(self, result: Result) -> None:
         """Emit a result unless it is stale."""

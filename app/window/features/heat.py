@@ -86,6 +86,7 @@ class Heat(Feature):
         self._show_draped()
         self.session.heat_changed.connect(self._show)
         bench.answers.answered.connect(self._show_result)
+        bench.answers.forgotten.connect(self._show_none)
         self._show()
         self.set_legend(True)
         self._modes.keep_room([heat.title for heat in heats])
@@ -153,6 +154,11 @@ class Heat(Feature):
         self.panel.set_layers(display.cell_m, result.scene.field.grid.roi_m[2])
         if is_of_voxels:
             self.panel.set_data(result.heatmap)
+
+    def _show_none(self) -> None:
+        """Show no heatmap: that of the rig before is not about this one."""
+        self.viewport.show_state(replace(self.viewport.state, heatmap=None))
+        self.panel.set_data(None)
 
     def _show(self) -> None:
         heat = self.session.heat

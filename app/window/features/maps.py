@@ -28,7 +28,7 @@ from riglens.widgets.maps.sensor_view import SensorViewPanel
 if TYPE_CHECKING:  # made by the thread of the engine, which loads the compiler
     from riglens.core.blind.zones import BlindMap
 
-LOADING = "Loading box data"
+LOADING, COMPUTING = "Loading box data", "Computing coverage"
 NO_DATA = "No box data are loaded: choose some in the Scene panel"
 LOOKING = "Computing the ground around the car"
 
@@ -62,6 +62,7 @@ class Map(Feature):
         )  # fmt: skip
         self.session.scene_changed.connect(self._follow_scene)
         bench.answers.answered.connect(self._follow_result)
+        bench.answers.forgotten.connect(self._show_none)
         bench.recompute.load_ended.connect(self._on_load_ended, Qt.ConnectionType.QueuedConnection)
         self.remember("map/shown", lambda: self.panel.shown, self.panel.choose)
         self.remember("map/ground", self.panel.on_ground.isChecked, self.panel.on_ground.setChecked)
@@ -93,6 +94,13 @@ class Map(Feature):
         if result.blind is not None:
             self._show_lowest()
         self._name_class()
+
+    def _show_none(self) -> None:
+        """Show no map of the rig before."""
+        self._top = self._blind = None
+        self.panel.map.set_top_view(None)
+        self.panel.map.set_message(COMPUTING)
+        self._show_lowest()
 
     def _name_class(self) -> None:
         """Show the class of the map; lowest heights have none."""

@@ -66,6 +66,7 @@ class Marginals(Feature):
         bench.counter.answered_in_background.connect(self._take_count, queued)
         self.answers.answered.connect(lambda _: self._start())
         targets.counted.connect(self._start_count)
+        self.answers.forgotten.connect(self._forget_rig)
         self.session.settings_changed.connect(self._drop_if_changed)
         bench.theme_changed.connect(lambda _: self._show_all())
         self.document.rig_changed.connect(self._on_rig)
@@ -144,6 +145,12 @@ class Marginals(Feature):
         """Forget the losses on earlier traffic."""
         self._forget_scores()
         self._forget_figures()
+
+    def _forget_rig(self) -> None:
+        """Forget the losses of the rig that was open before, and show none."""
+        self.forget_scene()
+        self.bench.panels.tree.show_measure(self.measure)
+        self.panel.show_losses({})
 
     def _forget_scores(self) -> None:
         self.bench.recompute.drop_group(GROUP)

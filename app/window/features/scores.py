@@ -28,6 +28,7 @@ class ScoresShown(Feature):
         self.answers.asked.connect(self._show_waiting)
         self.answers.answered.connect(self._show)
         self.answers.approximated.connect(self._show_approximation)
+        self.answers.forgotten.connect(self._show_busy)
         self.panel.settings_wanted.connect(self.session.set_settings)
         self.panel.help_wanted.connect(
             lambda: bench.dialogs.show_text(bench.window, FIGURES_TITLE, FIGURES_HELP)

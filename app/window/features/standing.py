@@ -38,6 +38,7 @@ class Standing(Feature):
         bench.answers.answered.connect(lambda _: self._ask())
         self.document.selection_changed.connect(self._ask)
         self.document.rig_settled.connect(self._ask)
+        self.document.opened.connect(self._forget)
 
     def _ask(self) -> None:
         """Request the mounts of the current sensors, unless that was done already."""
@@ -56,6 +57,11 @@ class Standing(Feature):
         if request != self._asked:
             self._asked = request
             self.worker.ask(request)
+
+    def _forget(self) -> None:
+        """Show no mounts of the rig that was open before."""
+        self._asked = None
+        self._show({})
 
     def _stopped_of(self) -> Sensor | None:
         """Return the sensor whose stopped rays are shown: the selected one, at rest, while the car is solid."""

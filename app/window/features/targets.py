@@ -18,6 +18,7 @@ from riglens.widgets.panels.targets.panel import MOST_POINTS, TargetsPanel
 from riglens.widgets.timers import Timers, single_shot
 
 LAST_SAVED = "the last saved rig"
+COUNTING = "Counting objects"
 PAUSE_MS = 200
 """Least time between updates during a drag: the tables cost as much as a picture."""
 
@@ -38,12 +39,14 @@ class Targets(Feature):
         """The last request answered from all frames, with its figures next to the scores."""
         self._asked: CountRequest | None = None
         self._with_losses = False
+        self._least_revision = 0
+        """Answers on earlier revisions are about a rig that is no longer open."""
         self.dock = bench.docks.add(
             "Targets", scrolled(self.panel), Qt.DockWidgetArea.BottomDockWidgetArea, beside="Scores"
         )
         queued = Qt.ConnectionType.QueuedConnection
         self.counter.answered.connect(self._take, queued)
-        self.counter.failed.connect(self._on_problem, queued)
+        self.counter.failed.connect(self._show_none, queued)
         self.panel.settings_wanted.connect(self.session.set_targets)
         self.session.targets_changed.connect(self._on_settings)
         self.session.settings_changed.connect(self._ask)
@@ -53,6 +56,7 @@ class Targets(Feature):
         ):  # fmt: skip
             changed.connect(self._ask)
         bench.answers.answered.connect(lambda _: self._ask())
+        bench.answers.forgotten.connect(self._forget)
         bench.theme_changed.connect(lambda _: self._show())
         self.remember("targets/quantity", lambda: self.panel.figure.key, self.panel.choose)
         self.remember(
@@ -102,7 +106,8 @@ class Targets(Feature):
         shown = self.answer
         if answer.request.scene is not self.session.scene:
             return
-        if shown is not None and answer.request.revision < shown.request.revision:
+        least = self._least_revision if shown is None else shown.request.revision
+        if answer.request.revision < least:
             return
         self.answer = answer
         if answer.is_whole:
@@ -152,7 +157,12 @@ class Targets(Feature):
         self.panel.set_stale()
         self.bench.panels.scores.grey_counted()
 
-    def _on_problem(self, reason: str) -> None:
+    def _forget(self) -> None:
+        """Show no figures of the rig that was open before."""
+        self._least_revision = self.document.revision + 1  # opening counts as the next
+        self._show_none(COUNTING)
+
+    def _show_none(self, reason: str) -> None:
         self.answer = self._exact = None
         self.panel.show_problem(reason)
         self.bench.panels.scores.forget_counted(reason)

@@ -15,6 +15,8 @@ from riglens.app.background.recompute import CANCELLED
 from riglens.core.geometry import Pose
 from riglens.core.metric.scores import MetricSettings
 from riglens.evaluation.options import SceneOptions
+from tests.app.window.counts import count
+from tests.app.window.desk import FullDesk, heatmap
 from tests.app.window_bench import RIG, Bench, choose_item, scene_options, type_into
 from tests.waiting import TIMEOUT_MS
 
@@ -216,3 +218,22 @@ def test_the_end_of_a_load_that_nobody_wants_any_more_ends_nothing(
     QApplication.processEvents()
     assert data.is_loading and not bench.window.is_exact
     assert bench.workbench.errors.isHidden()
+
+
+def test_another_rig_opens_without_figures_of_the_one_before(desk: FullDesk) -> None:
+    desk.load()
+    late = desk.answer(0.7, heatmap=heatmap("unseen"))
+    count(desk)
+    table, targets = desk.panels.scores.table, desk.features.targets
+    values = [(table.cell("car", key), desk.viewport.state.heatmap) for key in ("s_ms", "missed")]
+    assert all(cell.values[0] is not None and drawn is not None for cell, drawn in values)
+    desk.features.files.open_preset("W+T")
+    assert [table.cell("car", key).values for key in ("s_ms", "missed")] == [(None,), ()]
+    assert desk.viewport.state.heatmap is None and targets.answer is None
+    desk.workbench.answers.take(late)  # computed for the rig before
+    assert table.cell("car", "s_ms").values == (None,) and desk.viewport.state.heatmap is None
+    desk.answer(0.6, heatmap=heatmap("unseen"))
+    count(desk)
+    assert table.cell("car", "s_ms").values[0] is not None and targets.is_current
+    desk.features.files.open_preset("W+T")  # the same figures: they stay
+    assert table.cell("car", "s_ms").values[0] is not None and targets.is_current

@@ -183,7 +183,8 @@ def test_the_score_table_shows_what_is_on_target_and_greys_it_with_the_next_move
     desk.drag("roof", (0.3, 0.0, 2.0))
     assert scores.table.cell("car", "predicted").text == shown
     assert table.place_of("predicted") in table.figures._grey
-    targets._on_problem("no boxes")
+    desk.counter.failed.emit("no boxes")
+    QApplication.processEvents()
     assert (
         scores.table.cell("car", "predicted").text == "—" and "no boxes" in table.cell("car", "predicted").tip
     )

@@ -143,6 +143,10 @@ class FigureModel(QAbstractTableModel):
         grey = self._grey | frozenset(range(len(self._columns)) if columns is None else columns)
         self._exchange(self._figures, grey)
 
+    def forget(self) -> None:
+        """Show a dash in every cell: no figure is known."""
+        self._exchange([(NOTHING,) * len(self._columns)] * len(self._figures), frozenset())
+
     def _exchange(self, figures: list[tuple[Cell, ...]], grey: frozenset[int]) -> None:
         """Show cells of as many rows and columns; columns that look the same are not painted again."""
         before, self._figures = self._figures, figures

@@ -186,7 +186,8 @@ class TargetsPanel(QWidget):
     def show_problem(self, reason: str) -> None:
         """Show why there are no counts."""
         self._shown = None
-        self.set_stale()
+        self.table.figures.forget()
+        self.rose.forget()
         self._note.setText(reason)
         self._note.setToolTip(reason)
 

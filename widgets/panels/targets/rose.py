@@ -50,6 +50,11 @@ class RoseView(QWidget):
         rings, sectors = range(len(self._edges_m) - 1), range(len(SECTORS))
         return [(ring, sector) for ring in rings for sector in sectors]
 
+    def forget(self) -> None:
+        """Show nothing: no figure is known."""
+        self._shown = None
+        self.update()
+
     def grey(self) -> None:
         """Show that the numbers are out of date."""
         self._is_stale = True
