@@ -1,8 +1,8 @@
-"""Make a report in a separate process: page, PDF, and pictures of its pages."""
+"""Make a report in a separate process."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,6 @@ from riglens.core.errors import InputError
 from riglens.core.rig.model import Rig
 from riglens.evaluation.options import SceneOptions, ScoreOptions
 
-PAGE, PDF = "report.html", "report.pdf"
 WORK = "riglens.app.commands.report:serve"
 LOOK_S = 0.2
 """Seconds between checks whether the report is still wanted."""
@@ -22,25 +21,20 @@ Tell = Callable[[float, str], None]
 
 @dataclass(frozen=True)
 class ReportJob:
-    """Request for a report: its rigs, scene, score, and output folder."""
+    """Request for a report: its rigs, scene, score, output file, draws of the tolerance, and labels by field."""
 
     rigs: tuple[Rig, ...]
     scene: SceneOptions
     score: ScoreOptions
-    folder: Path
+    out: Path
+    draws: int = 0
+    labels: Mapping[str, str] = field(default_factory=dict)
     why: dict[str, Any] | None = None
     """The search that proposed the rig, by the names of `WhyHere`."""
-    labels: dict[str, str] = field(default_factory=dict)
-    """Project, revision, author and reviewer, by the names of `Labels`."""
 
 
-def page_picture(folder: Path, number: int) -> Path:
-    """Return where the picture of a page lies, from 1 on."""
-    return folder / f"{number:03}.png"
-
-
-def make_report(job: ReportJob, tell: Tell, work: str = WORK) -> list[Path]:
-    """Make a report and return the pictures of its pages; `tell` gets share and stage, and may raise to cancel.
+def make_report(job: ReportJob, tell: Tell, work: str = WORK) -> Path:
+    """Write a report and return its file; `tell` gets share and stage, and may raise to cancel.
 
     Raise InputError with the line that the command line would give.
     """
@@ -59,4 +53,4 @@ def make_report(job: ReportJob, tell: Tell, work: str = WORK) -> list[Path]:
         process.end()
     if said:
         raise InputError(said)
-    return sorted(job.folder.glob("*.png"))
+    return job.out

@@ -37,12 +37,15 @@ def object_verdicts(
 ) -> tuple[ProfileVerdict, ...]:
     """Return which objects of every bundled profile a rig sees, its body in the way or not."""
     from riglens.core.review.profiles import bundled_profiles
-    from riglens.core.review.verdicts import ObjectVisibility
+    from riglens.core.review.verdicts import ObjectVisibility, ProfileVerdict
 
-    visibility, found = ObjectVisibility(request.rig, request.options), []
-    for profile in bundled_profiles():
+    profiles, found = bundled_profiles(), list[ProfileVerdict]()
+    context.progress(0.0)
+    visibility = ObjectVisibility(request.rig, request.options)
+    for number, profile in enumerate(profiles, 1):
         context.stop_if_closing()
         found.append(visibility.verdict(profile))
+        context.progress(number / len(profiles))
     return tuple(found)
 
 

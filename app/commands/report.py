@@ -10,7 +10,7 @@ from typing import Annotated
 
 from cyclopts import Group, Parameter
 
-from riglens.app.background.report import PAGE, PDF, ReportJob, Tell, page_picture
+from riglens.app.background.report import ReportJob, Tell
 from riglens.app.commands.options import RigArguments, SceneArguments, ScoreArguments, command, number
 from riglens.app.commands.output import require_outputs
 from riglens.app.commands.running import guarded
@@ -26,6 +26,7 @@ from riglens.evaluation.names import label_of
 from riglens.evaluation.options import USUAL_DRAWS, SceneOptions, ScoreOptions
 from riglens.reporting.document import document_of
 from riglens.reporting.figures import (
+    Labels,
     ReportPlan,
     WhyHere,
     labels_of,
@@ -149,19 +150,13 @@ def serve(pipe: Connection) -> None:
 
 
 def prepare(job: ReportJob, tell: Tell) -> None:
-    """Write page, PDF and pictures of its pages into the folder of a job of the window."""
-    require_pango()
-    rigs = tuple(with_mesh_read(rig, job.folder, note) for rig in job.rigs)
+    """Write the report of a job of the window."""
+    if job.out.suffix.lower() == ".pdf":
+        require_pango()
+    rigs = tuple(with_mesh_read(rig, job.out.parent, note) for rig in job.rigs)
     why = None if job.why is None else WhyHere.model_validate(job.why)
-    plan = ReportPlan(
-        portable(rigs), job.scene, job.score, USUAL_DRAWS, 0, labels=labels_of(**job.labels), why=why
-    )
+    labels = labels_of(**{name: job.labels.get(name) or None for name in Labels.model_fields})
+    plan = ReportPlan(portable(rigs), job.scene, job.score, job.draws, 0, labels=labels, why=why)
     document = document_of(plan, report_of(plan, tell, TERMINAL))
-    tell(1.0, "Drawing the pages")
-    pdf = rendered(document, ".pdf")
-    write_file(job.folder / PAGE, rendered(document, ".html"))
-    write_file(job.folder / PDF, pdf)
-    from riglens.reporting.pdf import page_images  # Pango
-
-    for page, image in enumerate(page_images(pdf), 1):
-        image.save(page_picture(job.folder, page))
+    tell(1.0, "Writing the report")
+    write_file(job.out, rendered(document, job.out.suffix.lower()))

@@ -1,24 +1,18 @@
-"""A report as a tagged PDF: the page itself, laid out by WeasyPrint for A4, with its figures attached; and pictures of
-the pages of a PDF."""
+"""A report as a tagged PDF: the page itself, laid out by WeasyPrint for A4, with its figures attached."""
 
 from __future__ import annotations
 
 import base64
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import matplotlib
-import pypdfium2
 from weasyprint import CSS, HTML, Attachment
 from weasyprint.text.fonts import FontConfiguration
 from weasyprint.urls import URLFetcher
 
-if TYPE_CHECKING:
-    from PIL.Image import Image
-
-SCREEN_DPI = 110.0
 MADE = datetime(2000, 1, 1)
 """The date of what is attached: that of its making would make two of the same report differ."""
 FONTS = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
@@ -65,10 +59,3 @@ def pdf_of(page: str, attached: Mapping[str, bytes]) -> bytes:
             pdf_identifier=True,
         )
     )
-
-
-def page_images(pdf: bytes) -> Iterator[Image]:
-    """Yield the pages of a PDF as pictures, to be seen before it is saved."""
-    with pypdfium2.PdfDocument(pdf) as document:
-        for page in document:
-            yield page.render(scale=SCREEN_DPI / 72.0).to_pil()

@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from PySide6.QtCore import Qt
+
 from riglens.app.background.rig_questions import RigRequest, object_verdicts
 from riglens.app.background.worker import BackgroundWorker
 from riglens.app.window.features.checks import LiveCheck, check_spec
@@ -45,10 +47,14 @@ class Objects(LiveCheck[ObjectsPanel, RigRequest[Body], "tuple[ProfileVerdict, .
             bench, "test_objects", page, worker or BackgroundWorker("test objects", object_verdicts, bench)
         )
         page.chosen.connect(self._go_to)
+        self._worker.progressed.connect(
+            lambda _, share: page.bar.show_share(share), Qt.ConnectionType.QueuedConnection
+        )
 
     def _turn(self, is_seen: bool) -> None:
         super()._turn(is_seen)
         if not is_seen:
+            self.page.bar.show_share(None)
             self._chosen = None
             self._point_out()
 

@@ -1,18 +1,15 @@
-"""File > Report: one page about the rig and those in the Compare panel, made in the background and previewed before it
-is written."""
+"""File > Report: one page about the rig and those in the Compare panel, made in the background."""
 
 from __future__ import annotations
 
-import shutil
-import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QUrl
 from PySide6.QtGui import QDesktopServices
 
-from riglens.app.background.report import PAGE, PDF, ReportJob, make_report
+from riglens.app.background.report import ReportJob, make_report
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.compare import Compare
@@ -21,17 +18,18 @@ from riglens.app.window.features.propose import Propose
 from riglens.app.window.status import TOLD_MS
 from riglens.app.window.workbench import Workbench
 from riglens.core.errors import InputError
-from riglens.core.files import atomic_write
+from riglens.core.files import require_writable
 from riglens.core.rig.model import Rig
 from riglens.core.vehicle.mesh_file import with_full_mesh_path
-from riglens.evaluation.options import ScoreOptions
+from riglens.evaluation.options import USUAL_DRAWS, SceneOptions, ScoreOptions
 from riglens.evaluation.requests import fixed_options
-from riglens.widgets.panels.dialogs.report import ReportDialog
+from riglens.widgets.panels.dialogs.report import ReportChoice, ReportDialog
+
+NO_DATA = "no box data are loaded: choose some in the Scene panel"
 
 
 class Report(Feature):
-    """Reports in the making, any number at a time; the strip in the status bar cancels one. Each has a temporary folder
-    until it is closed."""
+    """Reports in the making, any number at a time; the strip in the status bar cancels one."""
 
     specs = (
         Spec(
@@ -44,75 +42,85 @@ class Report(Feature):
     def __init__(self, bench: Workbench, compare: Compare, propose: Propose) -> None:
         super().__init__(bench)
         self._compare, self._propose = compare, propose
-        self.work, self.show_file = make_report, show
-        self.dialogs: dict[Path, ReportDialog] = {}
-        """The previews that are open, by the folders of their files."""
-        self._folders = set[Path]()
-        self.bind(report=bench.guarded(self.start))
-        bench.closing.connect(self._clear)  # tasks have ended by then
+        self.work: Callable[..., Path] = make_report
+        self.show_file = show
+        self.dialog: ReportDialog | None = None
+        self._options: dict[str, str] = {}
+        self.bind(report=bench.guarded(self.open))
+        self.remember("report/options", lambda: dict(self._options), self._take_options)
 
-    def rigs(self) -> tuple[Rig, ...]:
-        """Return the rig after the first of the Compare panel, which it is compared with, and the others there, under
-        the names shown there, each once."""
-        kept = [
-            row.rig.model_copy(update={"name": row.name})
-            for row in self._compare.rows
-            if row.origin != "current"
-        ]
-        folder, rigs = self.document.folder, (*kept[:1], self.document.rig, *kept[1:])
+    def _take_options(self, kept: dict[str, object]) -> None:
+        self._options = {name: text for name, text in kept.items() if isinstance(text, str)}
+
+    def _kept(self) -> list[Rig]:
+        """Return the rigs of the Compare panel but the current one, under the names shown there."""
+        rows = (row for row in self._compare.rows if row.origin != "current")
+        return [row.rig.model_copy(update={"name": row.name}) for row in rows]
+
+    def rigs(self, with_others: bool = True) -> tuple[Rig, ...]:
+        """Return the rig, with others after the first of the Compare panel, which it is compared with, and before the
+        rest there; each once."""
+        kept, folder = self._kept() if with_others else [], self.document.folder
+        rigs = (*kept[:1], self.document.rig, *kept[1:])
         return tuple(dict.fromkeys(with_full_mesh_path(rig, folder) for rig in rigs))
 
-    def start(self) -> None:
-        """Start a report; edits meanwhile do not affect it."""
-        scene = self.session.scene
-        if scene is None:
-            raise InputError("no box data are loaded: choose some in the Scene panel")
-        settings = self.session.settings
-        score = ScoreOptions(settings.method, settings.reading, settings.camera_weight, body=settings.body)
-        made = Path(tempfile.mkdtemp(prefix="riglens-report-"))
-        self._folders.add(made)
-        job = ReportJob(self.rigs(), fixed_options(scene), score, made, self._propose.why())
-        self.bench.tasks.run(
-            "Report",
-            partial(self.work, job),
-            done=partial(self._preview, made),
-            ended=lambda: self._forget_unseen(made),
-        )
+    def open(self) -> None:
+        """Ask for file, contents and labels, with the labels of the last time."""
+        if self.session.scene is None:
+            raise InputError(NO_DATA)
+        others = [rig.name for rig in self._kept()]
+        suggestion = beside_rig(self.document, f"{self.document.rig.name} report", ".html").absolute()
+        self.dialog = dialog = ReportDialog(suggestion, others, USUAL_DRAWS, self.bench.window)
+        dialog.recall(self._options)
+        dialog.browse_wanted.connect(self._browse)
+        dialog.wanted.connect(self._start)
+        dialog.finished.connect(lambda _: self._on_closed())
+        dialog.open()
 
-    def _preview(self, made: Path, pictures: Sequence[Path]) -> None:
-        """Show what was made."""
-        dialog = ReportDialog(pictures, self.bench.window)
-        self.dialogs[made] = dialog
-        dialog.browser_wanted.connect(lambda: self.show_file(made / PAGE))
-        dialog.save_wanted.connect(self.bench.guarded(partial(self._save, made)))
-        dialog.finished.connect(lambda _: self._forget(made))
-        dialog.show()
+    def _browse(self) -> None:
+        if self.dialog is not None:
+            chosen = self.bench.dialogs.save_report(self.dialog, self.dialog.choice.path)
+            if chosen is not None:
+                self.dialog.show_path(chosen)
 
-    def _save(self, made: Path, suffix: str) -> None:
-        suggestion = beside_rig(self.document, "report", suffix)
-        chosen = self.bench.dialogs.save_report(self.bench.window, suggestion)
-        if chosen is None:
+    def _start(self, choice: ReportChoice) -> None:
+        """Start a report unless its file cannot be written; edits meanwhile do not affect it."""
+        scene, dialog = self.session.scene, self.dialog
+        if scene is None or dialog is None:
             return
-        name = PDF if chosen.suffix.lower() == ".pdf" else PAGE
-        with open(made / name, "rb") as source, atomic_write(chosen) as stream:
-            shutil.copyfileobj(source, stream)
-        self.bench.status.showMessage(f"Report written: {chosen}", TOLD_MS)
+        try:
+            require_writable(choice.path, self._read(fixed_options(scene)))
+        except InputError as error:
+            dialog.show_problem(str(error))
+            return
+        settings = self.session.settings
+        job = ReportJob(
+            self.rigs(choice.others),
+            fixed_options(scene),
+            ScoreOptions(settings.method, settings.reading, settings.camera_weight, body=settings.body),
+            choice.path,
+            USUAL_DRAWS if choice.tolerance else 0,
+            choice.labels,
+            self._propose.why(),
+        )
+        self.bench.tasks.run("Report", partial(self.work, job), partial(self._on_written, choice.opens))
+        dialog.accept()
 
-    def _forget_unseen(self, made: Path) -> None:
-        if made not in self.dialogs:
-            self._forget(made)
+    def _read(self, scene: SceneOptions) -> tuple[Path, ...]:
+        """Return the files that a report is made from, which it must not replace."""
+        own = () if self.document.path is None else (self.document.path,)
+        return (*own, *map(Path, scene.files))
 
-    def _forget(self, made: Path) -> None:
-        """Remove the folder of a report that was put away; a browser has read it by then."""
-        self.dialogs.pop(made, None)
-        self._folders.discard(made)
-        shutil.rmtree(made, ignore_errors=True)
+    def _on_written(self, opens: bool, path: Path) -> None:
+        self.bench.status.showMessage(f"Report written: {path}", TOLD_MS)
+        if opens:
+            self.show_file(path)
 
-    def _clear(self) -> None:
-        for made in list(self._folders):
-            if made in self.dialogs:
-                self.dialogs[made].close()
-            self._forget(made)
+    def _on_closed(self) -> None:
+        dialog, self.dialog = self.dialog, None
+        if dialog is not None:
+            self._options = dialog.options
+            dialog.deleteLater()
 
 
 def show(path: Path) -> None:

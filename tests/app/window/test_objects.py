@@ -114,3 +114,19 @@ def test_a_click_on_an_object_goes_there_and_what_is_open_stays_open(desk: Desk,
     assert desk.viewport.state.post == replace(post, is_seen=False)
     desk.put_away(objects)
     assert desk.viewport.state.post is None
+
+
+def test_a_bar_fills_while_objects_are_checked_and_keeps_its_room(desk: Desk, objects: Objects) -> None:
+    desk.open_page("test_objects", objects)
+    settle(objects)
+    bar, tree = objects.page.bar, objects.page.tree
+    top, shares = tree.mapTo(objects.page, tree.rect().topLeft()), list[float]()
+    assert not bar.isVisible()
+    objects._worker.progressed.connect(lambda _, share: shares.append(share))
+    objects._worker.progressed.emit(None, 0.5)
+    QCoreApplication.processEvents()
+    assert bar.isVisible() and bar.value() == bar.maximum() // 2
+    assert tree.mapTo(objects.page, tree.rect().topLeft()) == top
+    desk.document.set_enabled(("roof",), False)
+    settle(objects)
+    assert not bar.isVisible() and shares[-1] == 1.0 and shares == sorted(shares[:1]) + sorted(shares[1:])

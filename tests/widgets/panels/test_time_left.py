@@ -31,6 +31,16 @@ def test_nothing_is_guessed_before_there_is_something_to_go_by() -> None:
     assert left.seconds is None
 
 
+def test_the_first_steps_which_load_code_promise_nothing() -> None:
+    clock = Clock()
+    left = TimeLeft(clock)
+    clock.now_s += 20.0
+    left.note(0.01)
+    assert left.seconds is None
+    left.note(0.5)
+    assert left.seconds == pytest.approx(20.0)
+
+
 def test_work_that_stalls_is_never_late_by_a_negative_time() -> None:
     clock = Clock()
     left = TimeLeft(clock)

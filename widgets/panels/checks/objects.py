@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QHeaderView, QLabel, QTreeWidget, QTreeWidgetItem,
 from riglens.core.shown_text import visible
 from riglens.widgets.panels.checks.panel import COMPUTING
 from riglens.widgets.panels.controls.building import filled
+from riglens.widgets.panels.controls.messages import ThinBar
 from riglens.widgets.panels.controls.style import MARGIN, as_panel
 
 if TYPE_CHECKING:  # loads the compiler, which a window that opens does not need
@@ -47,10 +48,14 @@ class ObjectsPanel(QWidget):
         QTreeWidgetItem(self.tree, [COMPUTING])
         self.note = QLabel(NOTE)
         self.note.setWordWrap(True)
-        filled(QVBoxLayout(self), self.note, self.tree, margins=(MARGIN, 4, MARGIN, 4))
+        self.bar = ThinBar()
+        filled(
+            QVBoxLayout(self), self.note, self.bar, self.tree, margins=(MARGIN, 4, MARGIN, 4), spacing=2
+        )  # fmt: skip
 
     def show_verdicts(self, profiles: Sequence[ProfileVerdict]) -> None:
         """Show the verdict on every object; the expanded and chosen items stay."""
+        self.bar.show_share(None)
         if [len(children) for _, children in self._items] != [len(p.objects) for p in profiles]:
             self._build(profiles)
         for (item, children), verdict in zip(self._items, profiles, strict=True):

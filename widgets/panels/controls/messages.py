@@ -101,7 +101,8 @@ class MessageBar(QFrame):
         QGuiApplication.clipboard().setText(f"{self.message}\n\n{self.details}")
 
 
-WARM_UP_S = 1.0
+WARM_UP_S, LEAST_SHARE = 1.0, 0.05
+"""Time and share of the work before which a pace says nothing: the first steps read files and load code."""
 RECENT = 0.3
 """Share of the newest estimate in the one shown: steady, yet quick to follow when the pace changes."""
 
@@ -119,7 +120,7 @@ class TimeLeft:
         passed_s = self._clock() - self._begun_s
         if fraction <= 0.0:
             self._begun_s, self._end_s = self._clock(), None
-        elif passed_s >= WARM_UP_S:
+        elif passed_s >= WARM_UP_S and fraction >= LEAST_SHARE:
             end_s = self._begun_s + passed_s / min(fraction, 1.0)
             self._end_s = end_s if self._end_s is None else RECENT * end_s + (1.0 - RECENT) * self._end_s
 
@@ -141,6 +142,25 @@ PATIENCE_MS = 500
 """Work that finishes sooner is not worth a bar that flashes up."""
 STEPS = 1000
 LEAST_BAR_PX = 40
+
+
+class ThinBar(QProgressBar):
+    """Line that fills while something is computed and keeps its room: nothing moves when it appears."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setObjectName("thin")
+        self.setTextVisible(False)
+        policy = self.sizePolicy()
+        policy.setRetainSizeWhenHidden(True)
+        self.setSizePolicy(policy)
+        self.show_share(None)
+
+    def show_share(self, share: float | None) -> None:
+        """Show the share that is done, one that moves while it is 0, or nothing for None."""
+        self.setRange(0, STEPS if share else 0)
+        self.setValue(round(STEPS * (share or 0.0)))
+        self.setVisible(share is not None)
 
 
 class ProgressStrip(QWidget):

@@ -141,6 +141,8 @@ QSlider::handle:horizontal:hover, QSlider::handle:horizontal:focus {{ border-col
 QSlider::handle:horizontal:disabled {{ border-color: {t.border}; background: {t.panel}; }}
 QProgressBar {{ background: {t.border}; color: {t.text}; border: 0; border-radius: 4px; min-height: 16px;
     max-height: 16px; text-align: center; }}
+QProgressBar#thin {{ background: transparent; min-height: 3px; max-height: 3px; border-radius: 1px; }}
+QProgressBar#thin::chunk {{ background: {t.accent}; border-radius: 1px; }}
 QProgressBar::chunk {{ background: {t.chosen}; border-radius: 4px; }}
 """
 
