@@ -29,7 +29,7 @@ class PictureJob:
 
     state: object
     size_px: tuple[int, int]
-    scale: int
+    scale: float
     transparent: bool
     purpose: object = None
 

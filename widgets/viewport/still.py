@@ -23,17 +23,16 @@ _SAMPLES = 8
 def render_still(
     state: SceneState,
     size: Size,
-    scale: int = 1,
+    scale: float = 1.0,
     path: Path | None = None,
     transparent: bool = False,
     view: str | None = None,
 ) -> NDArray[np.uint8]:
     """Draw a state offscreen with smooth edges: pixels (height * scale, width * scale, 3 or 4) uint8.
 
-    `size` is width and height; `scale` enlarges everything alike. With `path` a PNG is written there. `view`
-    picks a named view
-    (InputError for an unknown one), that from the corner of the whole ROI if cells are in space; else the state's
-    camera is kept.
+    `size` is width and height; `scale` enlarges everything alike, or makes it smaller. With `path` a PNG is
+    written there. `view` picks a named view (InputError for an unknown one), that from the corner of the whole
+    ROI if cells are in space; else the state's camera is kept.
     """
     plotter = staged(state, size, scale, view, transparent)
     try:
@@ -51,7 +50,7 @@ def render_still(
 def staged(
     state: SceneState,
     size: Size,
-    scale: int = 1,
+    scale: float = 1.0,
     view: str | None = None,
     transparent: bool = False,
     off_screen: bool = True,
@@ -61,12 +60,12 @@ def staged(
     plotter = pv.Plotter(
         off_screen=off_screen,
         notebook=notebook,
-        window_size=[size[0] * scale, size[1] * scale],
+        window_size=[max(1, round(side * scale)) for side in size],
         lighting="none",
     )
     try:
         render_window(plotter).SetMultiSamples(_SAMPLES)
-        scene = DrawnScene(plotter, state.palette, pixel_ratio=float(scale))
+        scene = DrawnScene(plotter, state.palette, pixel_ratio=scale)
         ground = state.show_ground and not transparent  # it reaches to the horizon: nothing would be clear
         scene.show(replace(state, show_ground=ground))
         if view is not None:

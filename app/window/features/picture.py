@@ -120,15 +120,18 @@ class Picture(Feature):
         return answer.figures if answer is not None and self._targets.is_current else {}
 
     def _preview(self) -> None:
-        self._draw("preview", 1)
+        """Draw the picture as large as the preview is; it is drawn whole once it is saved or copied."""
+        if self.dialog is not None:
+            room, size = self.dialog.preview.room_px, self.dialog.choice.size_px
+            self._draw("preview", min(1.0, room[0] / size[0], room[1] / size[1]))
 
     def _save(self) -> None:
         suggestion = beside_rig(self.document, self.document.rig.name, ".png")
-        path = self.bench.dialogs.save_picture(self.bench.window, suggestion)
+        path = self.bench.dialogs.save_picture(self.dialog or self.bench.window, suggestion)
         if path is not None and self.dialog is not None:
             self._draw(path, self.dialog.choice.scale)
 
-    def _draw(self, purpose: Purpose, scale: int) -> None:
+    def _draw(self, purpose: Purpose, scale: float) -> None:
         """Request a picture."""
         if self.dialog is None:
             return

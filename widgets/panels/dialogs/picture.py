@@ -52,6 +52,12 @@ class Preview(QWidget):
         self.setMinimumSize(_PREVIEW)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
+    @property
+    def room_px(self) -> tuple[int, int]:
+        """Pixels of the screen that a picture has room in."""
+        ratio = self.devicePixelRatioF()
+        return round(self.width() * ratio), round(self.height() * ratio)
+
     def show_png(self, png: bytes) -> None:
         """Show a PNG file."""
         self.image = QImage.fromData(png)
