@@ -56,6 +56,8 @@ class ValueEdit(QLineEdit, Generic[Value]):
     refused = Signal(str)
     unmarked = Signal()
     """The text that was refused is gone."""
+    holds_words = False
+    """Whether a text may hold any letter, also one that is a shortcut elsewhere."""
 
     def __init__(
         self,
@@ -265,8 +267,12 @@ class ValueEdit(QLineEdit, Generic[Value]):
         super().keyPressEvent(event)
 
     def event(self, event: QEvent) -> bool:
-        """Leave undo, redo and Escape to the window unless something is being typed here."""
+        """Leave undo, redo and Escape to the window unless something is being typed here, and the key of the help
+        always: no number has a question mark."""
         if event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent):
+            if event.text() == "?" and not self.holds_words:
+                event.ignore()
+                return False
             is_own = self._is_touched() or self._is_marked()
             if event.key() == Qt.Key.Key_Escape or _is_redo(event) or event.matches(_Keys.Undo):
                 event.setAccepted(is_own)
@@ -344,14 +350,6 @@ class NumberEdit(ValueEdit[float | None]):
         shown = self._value * self._unit.per_base + steps * self._step * self._unit.step
         self.edited.emit(round(shown, 9) / self._unit.per_base)
 
-    def event(self, event: QEvent) -> bool:
-        """Leave the key of the help to the window: no number has a question mark."""
-        is_asked = event.type() == QEvent.Type.ShortcutOverride
-        if is_asked and isinstance(event, QKeyEvent) and event.text() == "?":
-            event.ignore()
-            return False
-        return super().event(event)
-
     def keyPressEvent(self, event: QKeyEvent) -> None:
         steps = {Qt.Key.Key_Up: 1, Qt.Key.Key_Down: -1}.get(Qt.Key(event.key()), 0)
         if steps:
@@ -418,12 +416,16 @@ class ListEdit(ValueEdit[tuple[float, ...] | None]):
 class TextEdit(ValueEdit[str]):
     """A name: any text that is not empty."""
 
+    holds_words = True
+
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(_parse_name, visible, str, parent=parent)
 
 
 class WordsEdit(ValueEdit[tuple[str, ...]]):
     """Words, separated by commas or spaces; may be left empty."""
+
+    holds_words = True
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(

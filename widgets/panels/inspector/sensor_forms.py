@@ -13,9 +13,10 @@ from riglens.core.geometry import Pose
 from riglens.core.rig.library import default_library
 from riglens.core.rig.model import Camera, Sensor
 from riglens.core.sensors.registry import AnyKind
+from riglens.core.shown_text import visible_lines
 from riglens.core.vehicle.placing import FAR_M
 from riglens.widgets.panels.controls.building import plain_label
-from riglens.widgets.panels.controls.scrolled import breakable
+from riglens.widgets.panels.controls.scrolled import ElidedLabel, breakable
 from riglens.widgets.panels.controls.style import numbers_font, plain_tip
 from riglens.widgets.panels.fields.edits import NumberEdit, TextEdit
 from riglens.widgets.panels.fields.form import ChoiceBox, Form, read, write
@@ -40,7 +41,6 @@ _NO_MODEL, MODIFIED = "none", ", modified"
 LOCKED_NOTE = "{names} locked: unlock in the list to edit."
 SEVERAL_NOTE = "{count} selected: a number sets all of them; += 0.1 or -= 0.1 changes each."
 OF_KIND_NOTE = "Model and {part} apply to the {kinds} among them."
-DISABLED_NOTE = "Disabled: not included in the scores."
 
 
 class SensorForm(Form):
@@ -152,15 +152,15 @@ class SensorForm(Form):
             angles.append(about)
         for before, after in pairwise([*positions, *angles]):
             self.setTabOrder(before, after)  # the position as a whole, then the rotation
-        self._place = plain_label(style="warning", wraps=True)
-        self._place.setToolTip(PLACE_TIP)
+        self._place = ElidedLabel()  # one line that keeps its room: fields below stay where they are
+        self._place.setObjectName("warning")
         self.add_wide(self._place)
         self.show_place("")
 
     def show_place(self, problem: str) -> None:
         """Show the problem with the sensor's place, nothing when it is empty."""
-        self._place.setText(breakable(problem))
-        self._place.setVisible(bool(problem))
+        self._place.setText(visible_lines(problem).replace("\n", "; "))
+        self._place.setToolTip(plain_tip("\n".join(filter(None, (problem, PLACE_TIP)))))
 
     @property
     def place(self) -> str:
@@ -220,7 +220,7 @@ class SensorForm(Form):
         self._show_state()
 
     def _show_state(self) -> None:
-        """Show the special state of the subject: several, locked or disabled."""
+        """Show the special state of the subject: several, or locked."""
         if self.subject is None:
             return
         is_alone = not self.beside
@@ -232,8 +232,6 @@ class SensorForm(Form):
         notes = [] if is_alone else [self._several_note()]
         if self._locked:
             notes.append(LOCKED_NOTE.format(names=", ".join(self._locked)))
-        if is_alone and not self.subject.enabled:
-            notes.append(DISABLED_NOTE)
         self._state.setText(breakable("\n".join(notes)))
         self._state.setVisible(bool(notes))
 
