@@ -28,8 +28,8 @@ from riglens.core.shown_text import visible
 from riglens.widgets.panels.controls.icons import icon
 from riglens.widgets.panels.controls.item_views import BAR_SHARE, give_context_menu
 from riglens.widgets.panels.controls.menus import add_entry
-from riglens.widgets.panels.controls.style import tones
-from riglens.widgets.panels.sensors.losses import Loss, heading, meaning, usual_measure
+from riglens.widgets.panels.controls.style import plain_tip, tones
+from riglens.widgets.panels.sensors.losses import Loss, heading, meaning, measure_for, usual_measure
 from riglens.widgets.panels.sensors.rows import (
     CHOICE_TIP,
     EYE,
@@ -86,8 +86,10 @@ class SensorList(QTreeWidget):
         self._failed: frozenset[str] = frozenset()
         self._selection: Names = ()
         self._rig, self._problems = Rig(), dict[str, str]()
+        self._groups: dict[str, QTreeWidgetItem] = {}
+        self._measure = usual_measure()
         set_up_columns(self)
-        self.show_measure(usual_measure())
+        self.show_measure(self._measure)
         self.setIndentation(6)
         self.setRootIsDecorated(False)
         self.setUniformRowHeights(True)
@@ -156,13 +158,23 @@ class SensorList(QTreeWidget):
                     show_loss(self._items[name], loss, largest)
 
     def show_measure(self, measure: Figure) -> None:
-        """Say in which measure losses are."""
+        """Say in which measure losses are: its unit in the title, its name in the row of each kind."""
+        self._measure = measure
+        self._name_measures()
         self.headerItem().setText(LOSS, heading(measure))
         self.headerItem().setToolTip(LOSS, f"{meaning(measure)}\n{CHOICE_TIP}")
         for row in self._rows:
             if row.text(LOSS) != FAILED:
                 row.setText(LOSS, "")
             row.setData(LOSS, BAR_SHARE, None)
+
+    def _name_measures(self) -> None:
+        """Write into the row of each kind in which figure its losses are."""
+        with QSignalBlocker(self):
+            for kind, group in self._groups.items():
+                measure = measure_for(kind, self._measure)
+                group.setText(LOSS, measure.short)
+                group.setToolTip(LOSS, plain_tip(meaning(measure)))
 
     def set_losses_stale(self) -> None:
         """Grey the losses: they belong to an earlier rig."""
@@ -196,11 +208,12 @@ class SensorList(QTreeWidget):
         """Make empty rows under their group, in the order of the rig's sensors."""
         scrolled = self.verticalScrollBar().value()
         self.clear()
-        groups = {
+        self._groups = {
             kind.name: self._group(kind.name, f"{kind.heading}  {names.count(kind.name)}")
             for kind in shown_kinds(names)
         }
-        rows = [QTreeWidgetItem(groups[name]) for name in names]
+        self._name_measures()
+        rows = [QTreeWidgetItem(self._groups[name]) for name in names]
         self.expandAll()
         self.verticalScrollBar().setValue(scrolled)
         return rows
@@ -208,8 +221,9 @@ class SensorList(QTreeWidget):
     def _group(self, kind: str, title: str) -> QTreeWidgetItem:
         group = QTreeWidgetItem(self, [title])
         group.setFlags(Qt.ItemFlag.ItemIsEnabled)
-        group.setForeground(NAME, QBrush(QColor(tones().muted)))
-        group.setFirstColumnSpanned(True)
+        for column in (NAME, LOSS):
+            group.setForeground(column, QBrush(QColor(tones().muted)))
+        group.setTextAlignment(LOSS, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         group.setIcon(NAME, icon(kind, colour_of(kind)))
         return group
 
