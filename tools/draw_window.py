@@ -37,7 +37,6 @@ def settled(window: MainWindow) -> None:
         is_whole = targets.is_current and all(row.counted for row in compare.rows)
         if window.is_exact and is_whole and all(row.scores for row in compare.rows):
             break
-    window.bench.status.time.setText("")  # milliseconds of this machine
     QTest.qWait(STILL_MS)
 
 

@@ -1,4 +1,4 @@
-"""The status bar: whether the numbers are exact, the time of the last edit, and what they are computed on."""
+"""The status bar: whether the numbers are exact, one figure of the rig, and the data; the rest is in tooltips."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class StatusBar(QStatusBar):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setSizeGripEnabled(False)
-        self.state, self.time, self.scene = ElidedLabel(UPDATING), ElidedLabel(), ElidedLabel()
+        self.state, self.figure, self.scene = ElidedLabel(UPDATING), ElidedLabel(), ElidedLabel()
         self.scene.setTextFormat(Qt.TextFormat.PlainText)
         self.body, self.failed, self.doubts = ElidedLabel(), ElidedLabel(), ElidedLabel()
         for warning in (self.failed, self.doubts):
@@ -54,9 +54,10 @@ class StatusBar(QStatusBar):
         self._is_coarse = False
         self._waiting = UPDATING
         self._last: Result | None = None
+        self._time = ""
         self.state.setMinimumWidth(80)
         self.addWidget(self.state)
-        self.addWidget(self.time)
+        self.addWidget(self.figure)
         self.addPermanentWidget(self.failed)
         self.addPermanentWidget(self.doubts)
         self.addPermanentWidget(self.body)
@@ -64,14 +65,14 @@ class StatusBar(QStatusBar):
         self.messageChanged.connect(self._make_room)
 
     def _make_room(self, message: str) -> None:
-        """Hide state and time while a message is in their place, which Qt does only until the next layout."""
-        for label in (self.state, self.time):
+        """Hide state and figure while a message is in their place, which Qt does only until the next layout."""
+        for label in (self.state, self.figure):
             label.setVisible(not message)
 
     def add_strip(self, title: str) -> ProgressStrip:
         """Add room for the progress of one piece of work, to the left of those added before."""
         strip = ProgressStrip(title)
-        self.insertPermanentWidget(2, strip)  # behind state and time
+        self.insertPermanentWidget(2, strip)  # behind state and figure
         return strip
 
     def add_busy(self, words: str) -> ProgressStrip:
@@ -107,20 +108,25 @@ class StatusBar(QStatusBar):
         """Mark the numbers as coarse, with exact ones to follow."""
         self._is_coarse = True
         self.state.setText(f"coarse (δ {first.voxel_m:g} m), exact follows")
-        self.state.setToolTip(COARSE_NOTE)
-        self.time.setText(f"coarse result {first.elapsed_ms:.1f} ms")
+        self.state.setToolTip(f"{COARSE_NOTE}\nCoarse result: {duration_text(first.elapsed_ms)}")
 
     def show_result(self, result: Result, is_current: bool) -> None:
         """Show how long the evaluation took."""
         self.state.setText("exact" if is_current else UPDATING)
         evaluation = result.evaluation
-        self.state.setToolTip(f"{evaluation.threads} threads")
         before, now = None if self._last is None else self._last.request, result.request
         if before is None or self._last is None or self._last.scene is not result.scene:
-            self.time.setText(f"first answer {duration_text(evaluation.elapsed_ms)}")
+            self._time = f"First answer: {duration_text(evaluation.elapsed_ms)}"
         elif self._is_coarse or (before.rig, before.settings) != (now.rig, now.settings):
-            self.time.setText(f"last edit {duration_text(evaluation.elapsed_ms)}")
+            self._time = f"Last edit: {duration_text(evaluation.elapsed_ms)}"
+        self.state.setToolTip(f"{self._time}, {evaluation.threads} threads")
         self._last, self._is_coarse = result, False
+
+    def show_figure(self, text: str, tip: str = "") -> None:
+        """Show one figure of the rig, or none."""
+        self.figure.setText(text)
+        self.figure.setToolTip(plain_tip(tip))
+        self.figure.setEnabled(True)
 
     def show_body(self, body: Body, is_mesh_missing: bool) -> None:
         """Say whether rays end at the car's own body."""
@@ -138,7 +144,8 @@ class StatusBar(QStatusBar):
         """Show the inputs of the scores."""
         field = scene.field
         self._waiting = UPDATING
-        self.scene.setText(scene_line(scene))
+        gap = f"  ·  {scene.gap.words}" if scene.gap is not None else ""
+        self.scene.setText(f"{field.data.short_source}  ·  {field.data.frames:,} frames{gap}")
         boxes = ", ".join(f"{count:,} {name}" for name, count in field.data.boxes.items())
         unmapped = (
             f"; {field.data.unmapped.total():,} boxes of other classes are not counted"
@@ -146,7 +153,9 @@ class StatusBar(QStatusBar):
             else ""
         )
         one_way = f"\n\n{scene.gap.words}: {ONE_WAY_NOTE}" if scene.gap is not None else ""
-        self.scene.setToolTip(plain_tip(f"{field.data.source}\n{boxes}{unmapped}{one_way}"))
+        self.scene.setToolTip(
+            plain_tip(f"{field.data.source}\n{boxes}{unmapped}\n{scene_line(scene)}{one_way}")
+        )
         self.doubts.setText("; ".join(doubt.fact for doubt in doubts(field.data)))
         self.doubts.setToolTip(plain_tip("\n".join(doubtful(field.data, label_with))))
         self.doubts.setVisible(bool(self.doubts.text()))

@@ -118,7 +118,7 @@ def change_voxel(person: Person) -> None:
     assert edit is not None
     person.type_into(edit, "0.2")
     person.press(load)
-    person.wait(lambda: "δ 0.2 m" in person.window.bench.status.scene.text(), "voxels of 0.2 m")
+    person.wait(lambda: "δ 0.2 m" in person.window.bench.status.scene.toolTip(), "voxels of 0.2 m")
     person.look("voxels-of-0.2-m")
 
 

@@ -10,9 +10,12 @@ from PySide6.QtCore import Qt, Signal
 from riglens.app.background.counting import CountAnswer, CountRequest
 from riglens.app.window.feature import Feature
 from riglens.app.window.workbench import Workbench
+from riglens.core.figures.figure import ALL
 from riglens.core.figures.predicted import FOUND
+from riglens.core.figures.registry import leading_figures
 from riglens.core.figures.sentence import sentence
-from riglens.core.figures.values import FigureCells
+from riglens.core.figures.text import estimate_text
+from riglens.core.figures.values import FigureCells, Values
 from riglens.widgets.panels.controls.scrolled import scrolled
 from riglens.widgets.panels.targets.panel import MOST_POINTS, TargetsPanel
 from riglens.widgets.timers import Timers, single_shot
@@ -139,6 +142,8 @@ class Targets(Feature):
             name = f"{answer.request.baseline_rig.name} (saved)" if pinned is None else pinned.name
             scores.show_judgement(sentence({key: one.change for key, one in compared.items()}, name))
             scores.show_found(cells[FOUND.key])
+            if answer.figures:
+                self.bench.status.show_figure(*_in_status(answer.figures))
             if answer.request is not self._asked:
                 self._grey()
 
@@ -156,6 +161,7 @@ class Targets(Feature):
     def _grey(self) -> None:
         self.panel.set_stale()
         self.bench.panels.scores.grey_counted()
+        self.bench.status.figure.setEnabled(False)
 
     def _forget(self) -> None:
         """Show no figures of the rig that was open before."""
@@ -166,4 +172,14 @@ class Targets(Feature):
         self.answer = self._exact = None
         self.panel.show_problem(reason)
         self.bench.panels.scores.forget_counted(reason)
+        self.bench.status.show_figure("")
         self.counted.emit()
+
+
+def _in_status(figures: Values) -> tuple[str, str]:
+    """Return the first of the leading figures, all classes together, and its tooltip."""
+    figure = next(one for one in leading_figures() if one.key in figures)
+    return (
+        f"{figure.title} {estimate_text(figure, figures[figure.key][ALL])}",
+        f"Mean of the classes. {figure.tip}",
+    )

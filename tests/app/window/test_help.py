@@ -147,10 +147,10 @@ def test_a_message_and_the_state_never_stand_on_each_other(unscored: Bench) -> N
     status.state.setText("exact, and much longer than it was before")
     task = status.add_strip("work")
     task.show()
-    wait_for(lambda: not status.state.isVisible() and not status.time.isVisible())
+    wait_for(lambda: not status.state.isVisible() and not status.figure.isVisible())
     status.clearMessage()
-    assert status.state.isVisible() and status.time.isVisible()
-    assert {label.window() for label in (status.state, status.time)} == {status.window()}
+    assert status.state.isVisible() and status.figure.isVisible()
+    assert {label.window() for label in (status.state, status.figure)} == {status.window()}
     task.hide()
 
 

@@ -49,7 +49,7 @@ def test_auto_scores_on_the_edge_it_picked_and_says_why(qtbot: QtBot, tmp_path: 
         choice = bench.scenes[-1].choice
         assert choice is not None
         assert bench.scenes[-1].field.grid.voxel_m == choice.voxel_m
-        assert f"δ {choice.voxel_m:g} m" in bench.workbench.status.scene.text()
+        assert f"δ {choice.voxel_m:g} m" in bench.workbench.status.scene.toolTip()
         sentence, table = (panel._picked.text(), panel._picked.toolTip())
         assert sentence.startswith(f"Auto picked {reason(choice)}")
         assert table == plain_tip("\n".join(tried_lines(choice)))
