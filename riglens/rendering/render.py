@@ -12,7 +12,7 @@ from riglens.core.engine.engine import Engine, Evaluation
 from riglens.core.errors import InputError
 from riglens.core.figures.heatmaps import (
     OFF,
-    SEEN_ENTROPY,
+    UNSEEN_ENTROPY,
     HeatMap,
     Heatmaps,
     Marks,
@@ -75,7 +75,7 @@ class RenderRequest:
         int, OptionHelp("K", "Factor by which the picture is enlarged, with its lines and text.")
     ] = 1
     class_name: Annotated[ClassName, OptionHelp("NAME", "Class of the heatmap.")] = "car"
-    heat: Annotated[str, OptionHelp("NAME", _HEATMAP, "heatmap")] = SEEN_ENTROPY.key
+    heat: Annotated[str, OptionHelp("NAME", _HEATMAP, "heatmap")] = UNSEEN_ENTROPY.key
     baseline: Annotated[str | None, OptionHelp("RIG", "Reference rig of a heatmap of changes.")] = None
     slice_m: Annotated[
         tuple[float, float] | None,
@@ -202,7 +202,7 @@ def draw_evaluated(
 ) -> None:
     """Draw a rig that has been evaluated with the voxels that it sees; call `prepare_drawing` before."""
     marks = Marks(evaluation.seen_by_any())
-    cells = Heatmaps(DisplayGrid.build(pog, field)).drawn(SEEN_ENTROPY, picture.class_name, marks)
+    cells = Heatmaps(DisplayGrid.build(pog, field)).drawn(UNSEEN_ENTROPY, picture.class_name, marks)
     draw(_state(field, evaluation, cells, picture), picture, monitor)
 
 
