@@ -70,7 +70,7 @@ class PictureMaker(BackgroundWorker[PictureJob, bytes]):
 
 
 def drawn_set(
-    state: object, folder: Path, size_px: tuple[int, int], progress: Callable[[float], object]
+    state: object, folder: Path, size_px: tuple[int, int], scale: int, progress: Callable[[float], object]
 ) -> int:
     """Write the set of pictures of a scene state in a process of its own; return the number of files.
 
@@ -78,7 +78,7 @@ def drawn_set(
     """
     process = OwnProcess(SET_WORK)
     try:
-        process.pipe.send((state, folder, size_px))
+        process.pipe.send((state, folder, size_px, scale))
         while not process.pipe.poll(_POLL_S):
             progress(0.0)
         count: int = process.receive()
@@ -95,8 +95,7 @@ def main_set(pipe: Connection) -> None:
     prepare_drawing()
     from riglens.rendering.picture_set import write_set
 
-    state, folder, size_px = pipe.recv()
-    pipe.send(len(write_set(state, folder, size_px)))
+    pipe.send(len(write_set(*pipe.recv())))
 
 
 def _draw(job: PictureJob) -> bytes:

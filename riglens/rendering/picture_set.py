@@ -20,7 +20,7 @@ from riglens.core.files import write_file
 from riglens.core.footprint.document import footprints_of
 from riglens.core.footprint.ground import Footprint
 from riglens.core.monitor import SILENT, Monitor
-from riglens.core.rig.model import Camera, Rig, Vehicle
+from riglens.core.rig.model import Rig, Vehicle
 from riglens.core.shown_text import visible
 from riglens.evaluation.ground_map import ground_map
 
@@ -42,24 +42,31 @@ _CLOSE_UP_M, _NEARER = 1.0, 0.62
 _FROM_AHEAD_DEG, _FILLED = (-38.0, 24.0), 0.86
 _AROUND_M = 4.5
 """Ground beside the car in the picture of blind zones."""
-_WIDEST_DEG = 120.0
 _SCALE = 12.0
 """Units of a plan per metre."""
 
 
 class Shot(NamedTuple):
-    """A picture of the set: its name, caption, and what is drawn, from a named view or through the state's camera."""
+    """A picture of the set: its name, caption, and what is drawn, through the state's camera; the pixels of a sensor
+    whose picture it is, with the ground that it sees, else the ground is clear."""
 
     name: str
     caption: str
     state: SceneState
-    view: str | None = None
+    image_px: tuple[int, int] | None = None
+
+    def size(self, size_px: tuple[int, int]) -> tuple[int, int]:
+        """Return width and height of the picture: as wide as asked for, in the sensor's proportions."""
+        if self.image_px is None:
+            return size_px
+        return size_px[0], max(1, round(size_px[0] * self.image_px[1] / self.image_px[0]))
 
 
 def write_set(
     state: SceneState, folder: Path, size_px: tuple[int, int], scale: int = 1, monitor: Monitor = SILENT
 ) -> tuple[Path, ...]:
-    """Write the set of a state's rig into a folder, PNG and SVG with transparent ground, and return the files.
+    """Write the set of a state's rig into a folder, PNG and SVG, and return the files; the ground is transparent but
+    in what cameras see.
 
     SVG files of the scene hold the PNG; footprints are drawn as lines. Captions stand in a file of their own.
     InputError where a file cannot be written.
@@ -70,7 +77,7 @@ def write_set(
     shots, written, captions = list(_shots(state, monitor)), [], []
     with monitor.stage("Drawing") as progress:
         for number, shot in enumerate(shots):
-            image = render_still(shot.state, size_px, scale, transparent=True, view=shot.view)
+            image = render_still(shot.state, shot.size(size_px), scale, transparent=shot.image_px is None)
             png = png_of(image)
             svg = _embedded(png, (image.shape[1], image.shape[0]), shot)
             if shot.name == "footprints":
@@ -149,16 +156,19 @@ def _shots(state: SceneState, monitor: Monitor) -> Iterator[Shot]:
         caption = "Lowest height at which an object beside the car is seen, 0.3 m wide; less is better."
         blind = replace(above, ground_map=ground_map(found, "any", 1))
         yield Shot("blind-zones", caption, _from_above(blind, state.vehicle.width / 2 + _AROUND_M))
+    from riglens.widgets.drawing.camera import through
+
     for camera in state.rig.enabled_cameras():
-        through = _through(camera)
-        if through is not None:
+        lens = through(camera)
+        if lens is not None:
             seen = replace(
                 state, caption=NO_CAPTION, show_legend=False, show_gizmo=False, show_selection=False,
-                hidden=state.hidden | {camera.name}, camera=through, ray_look=plain.ray_look,
+                hidden=state.hidden | {camera.name}, camera=lens,
+                ray_look=replace(state.ray_look, shown=False),
             )  # fmt: skip
             width, height = camera.image
             caption = f"What {visible(camera.name)} sees: {width} x {height} px, without distortion or roll."
-            yield Shot(f"camera-{_file_name(camera.name)}", caption, seen)
+            yield Shot(f"camera-{_file_name(camera.name)}", caption, seen, camera.image)
 
 
 def _close_up(
@@ -188,21 +198,6 @@ def _from_above(state: SceneState, reach_m: float) -> SceneState:
     camera = view_camera("top", state.grid, 1.6)
     distance = 1.06 * reach_m / math.tan(math.radians(camera.view_angle_deg) / 2)
     return replace(state, camera=replace(camera, distance_m=distance))
-
-
-def _through(camera: Camera) -> OrbitCamera | None:
-    """Return the view of a camera; None of one too wide for a flat picture."""
-    from riglens.core.sensors.camera import field_of_view_deg
-    from riglens.widgets.drawing.camera import OrbitCamera
-
-    wide, high = field_of_view_deg(camera)
-    if not (wide <= _WIDEST_DEG and high <= _WIDEST_DEG):
-        return None
-    ahead = camera.pose.rotation()[:, 0]
-    x, y, z = (np.array(camera.position) + ahead).tolist()
-    azimuth = math.degrees(math.atan2(-ahead[1], -ahead[0]))
-    elevation = math.degrees(math.asin(max(-1.0, min(1.0, -ahead[2]))))
-    return OrbitCamera((x, y, z), 1.0, azimuth, elevation, view_angle_deg=high)
 
 
 def _reach_m(rig: Rig) -> float:

@@ -111,8 +111,8 @@ class LegendLayer:
         is_coarse = cell_m > 1.001 * self._data.cell_m
         set_words(self._note, f"cells of {cell_m:.3g} m while dragging" if is_coarse else self._data.note)
 
-    def box(self, size: Size, pixel_ratio: float, crowded: bool, spot: Spot) -> Box:
-        """Return the area that the legend covers in a view of this size in pixels."""
+    def box(self, size: Size, pixel_ratio: float, crowded: bool, spot: Spot, base_px: float = 0.0) -> Box:
+        """Return the area that the legend covers in a view of this size in pixels; what is below `base_px` is taken."""
         unit = unit_px(size, pixel_ratio, crowded)
         if spot.is_folded:
             width, height = (
@@ -124,14 +124,15 @@ class LegendLayer:
             width, height = _WIDTH_PX * unit, (_FOOT_PX + _BAR_PX + lines * _LINE_PX + _HEAD_PX) * unit
         margin = _MARGIN_PX * unit
         left = margin if spot.is_left else size[0] - margin - width
-        return Box(left, size[1] - margin - height if spot.is_high else margin, width, height)
+        low = size[1] - margin - height if spot.is_high else base_px + margin
+        return Box(left, low, width, height)
 
-    def place(self, size: Size, pixel_ratio: float, crowded: bool, spot: Spot) -> None:
-        """Keep the legend in a corner of a view of this size in pixels; small views get a small one."""
-        if self._data is None or self._placed == (size, pixel_ratio, spot):
+    def place(self, size: Size, pixel_ratio: float, crowded: bool, spot: Spot, base_px: float = 0.0) -> None:
+        """Keep the legend in a corner of a view of this size in pixels, above `base_px`; it is small in small views."""
+        if self._data is None or self._placed == (size, pixel_ratio, spot, base_px):
             return
-        self._placed = size, pixel_ratio, spot
-        unit, box = unit_px(size, pixel_ratio, crowded), self.box(size, pixel_ratio, crowded, spot)
+        self._placed = size, pixel_ratio, spot, base_px
+        unit, box = unit_px(size, pixel_ratio, crowded), self.box(size, pixel_ratio, crowded, spot, base_px)
         self._top_px = 0.0 if spot.is_left or spot.is_high else box.low + box.height
         self.plate.cover(*box)
         foot, bar = (_FOLDED_FOOT_PX, _FOLDED_BAR_PX) if spot.is_folded else (_FOOT_PX, _BAR_PX)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from vtkmodules.vtkRenderingCore import vtkActor2D, vtkRenderer, vtkTextActor
 
-from riglens.core.footprint.ground import EN_62676_4
 from riglens.core.rig.model import Camera
 from riglens.widgets.drawing.camera import Pixel, Size
 from riglens.widgets.drawing.label import (
@@ -215,8 +214,8 @@ class WordsLayer:
         cameras = [one for one in casting if isinstance(one, Camera)]
         self._bands = []
         if state.shows_footprints and cameras:
-            shown = tints(cameras[0], state.palette, len(EN_62676_4))
-            limits = [f"{limit:g}" for limit in EN_62676_4]
+            shown = tints(cameras[0], state.palette, len(look.px_per_m))
+            limits = [f"{limit:g}" for limit in look.px_per_m]
             self._bands = [
                 KeyEntry(words, tint.colour, True) for words, tint in zip(limits, shown, strict=True)
             ]
@@ -239,16 +238,26 @@ class WordsLayer:
     def arrange(self, state: SceneState, drawn_cell_m: float | None, size: Size, pixel_ratio: float) -> None:
         """Fit everything to a view of this size, and say which cells of the heatmap are drawn."""
         self._legend.set_drawn(drawn_cell_m)
+        self._caption.place(size, pixel_ratio)
         self._spot = self._free_spot(state, size, pixel_ratio)
-        self._legend.place(size, pixel_ratio, bool(state.caption.table), self._spot)
+        base_px = self._table_px(state, size, pixel_ratio)
+        self._legend.place(size, pixel_ratio, bool(state.caption.table), self._spot, base_px)
         self._show_key(state.palette)
-        self._key.place(size, pixel_ratio, self._legend.top_px, crowded=bool(state.caption.table))
-        above_px = max(self._legend.top_px, self._key.top_px)
+        below_px = max(base_px, self._legend.top_px)
+        self._key.place(size, pixel_ratio, below_px, crowded=bool(state.caption.table))
+        above_px = max(below_px, self._key.top_px)
         self._band_key.place(size, pixel_ratio, above_px, crowded=bool(state.caption.table))
         above_px = max(above_px, self._band_key.top_px)
         self._ground_key.place(size, pixel_ratio, above_px, crowded=bool(state.caption.table))
-        self._caption.place(size, pixel_ratio)
         self._echo.show(*self._echo_at, size, pixel_ratio, state.palette)
+
+    def _table_px(self, state: SceneState, size: Size, pixel_ratio: float) -> float:
+        """Return the top of the caption's table in pixels where it reaches below the legend, else 0."""
+        table = self._caption.plates[1].box()
+        if table is None:
+            return 0.0
+        legend = self._legend.box(size, pixel_ratio, crowded=True, spot=SPOTS[0])
+        return table.low + table.height if table.left + table.width > legend.left else 0.0
 
     def boxes(self) -> list[Box]:
         """Return the pixels that the plates of the legend, the keys and the caption cover."""

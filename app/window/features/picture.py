@@ -24,7 +24,7 @@ from riglens.rendering.picture import Findings, PictureWords, with_words
 from riglens.widgets.panels.dialogs.picture import PictureDialog
 from riglens.widgets.theme import LIGHT, palette
 
-SET_PX = (1600, 1000)
+SET_PX, SET_SCALE = (800, 500), 2
 Purpose = Literal["preview", "copy"] | Path
 
 
@@ -106,7 +106,7 @@ class Picture(Feature):
         state = self.viewport.state
 
         def write(progress: Callable[[float], object]) -> int:
-            return drawn_set(state, folder, SET_PX, progress)
+            return drawn_set(state, folder, SET_PX, SET_SCALE, progress)
 
         self.bench.tasks.run(
             "Drawing the picture set",

@@ -44,6 +44,14 @@ def test_pictures_are_clear_around_the_car_and_vector_files_are_well_formed(writ
             assert root.find("{http://www.w3.org/2000/svg}desc") is not None
 
 
+def test_what_a_camera_sees_has_its_proportions_and_the_ground(written):
+    folder, _ = written
+    seen = matplotlib.image.imread(folder / "camera-front-left-1.png")
+    width, height = CAMERA.image
+    assert seen.shape[:2] == (round(160 * height / width), 160) and seen[..., 3:].min(initial=1.0) == 1.0
+    assert np.ptp(seen[..., :3]) > 0.1
+
+
 def test_the_drawing_of_footprints_has_a_polygon_per_patch(written):
     folder, _ = written
     root = ElementTree.fromstring((folder / "footprints.svg").read_bytes())

@@ -1,13 +1,16 @@
 """Words and dots at places of the scene: what they say, and that none lies over another or over a sensor."""
 
 from dataclasses import replace
+from itertools import combinations
 
+import numpy as np
 import pytest
 
 from riglens.core.rig.model import Camera, Lidar, Rig
+from riglens.core.view.heatmap_data import HeatmapData
 from riglens.widgets.sensors.ray_look import RayLook
 from riglens.widgets.viewport.drawn_scene import DrawnScene
-from riglens.widgets.viewport.scene_state import SceneState
+from riglens.widgets.viewport.scene_state import Caption, SceneState
 
 CAMERA = Camera(name="front", position=(0.3, 0.0, 1.5), image=(1600, 900), hfov_deg=65.0)
 BACK = CAMERA.replace(name="back", position=(-1.0, 0.0, 1.5), rpy_deg=(0.0, 0.0, 180.0))
@@ -49,3 +52,16 @@ def test_a_small_picture_has_fewer_labels_rather_than_crossing_ones(plotter):
     large = len(words(plotter, replace(STATE, selected="front")))
     plotter.clear()
     assert len(words(plotter, replace(STATE, selected="front"), (220, 140))) < large
+
+
+def test_the_legend_stands_on_the_table_of_a_picture_that_reaches_below_it(plotter):
+    plotter.window_size = [800, 600]
+    row = ("a class with a long name", *("100.0 ±10.0 %",) * 5)
+    data = HeatmapData(np.zeros((1, 3), np.float32), 0.5, np.ones(1, np.float32), "unseen", "nat", 0.0, 1.0)
+    for table in ((row, row), ((*row[:1], "1"),) * 2):
+        scene = DrawnScene(plotter)
+        scene.show(replace(STATE, caption=Caption("rig", "", table), heatmap=data))
+        scene.prepare()
+        boxes = scene._words.boxes()
+        assert len(boxes) == 5
+        assert not any(one.meets(other) for one, other in combinations(boxes, 2))
