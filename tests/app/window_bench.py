@@ -109,6 +109,9 @@ class FakeViewport(View):
     def picture_size(self) -> tuple[int, int]:
         return 320, 200
 
+    def show_inset(self, is_on: bool) -> None:
+        self.has_inset = is_on
+
     def chosen_camera(self) -> OrbitCamera | None:
         return None if self.state.camera == SceneState().camera else self.state.camera
 

@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
+from riglens.core.rig.model import Camera
 from riglens.core.scene.grid import VoxelGrid
+from riglens.core.sensors.camera import field_of_view_deg
 
 Points = NDArray[np.float64]
 Size = tuple[int, int]
@@ -211,3 +213,21 @@ def _fitted(camera: OrbitCamera, points_m: Points, aspect: float) -> OrbitCamera
         offset = (low + high - seen.min(axis=0) - seen.max(axis=0)) / 2
         camera = camera.panned(float(offset[0]), float(offset[1]), size)
     return camera
+
+
+_WIDEST_DEG, _AHEAD_M = 120.0, 8.0
+"""Field of view that a flat picture may have, and the distance of its focal point: so far that the near plane is beyond
+the camera's own housing."""
+
+
+def through(camera: Camera) -> OrbitCamera | None:
+    """Return the view of a camera, without distortion, roll and shift of its centre; None of one too wide for a flat
+    picture."""
+    wide, high = field_of_view_deg(camera)
+    if not (wide <= _WIDEST_DEG and high <= _WIDEST_DEG):
+        return None
+    ahead = camera.pose.rotation()[:, 0]
+    x, y, z = (np.array(camera.position) + _AHEAD_M * ahead).tolist()
+    azimuth = math.degrees(math.atan2(-ahead[1], -ahead[0]))
+    elevation = math.degrees(math.asin(max(-1.0, min(1.0, -ahead[2]))))
+    return OrbitCamera((x, y, z), _AHEAD_M, azimuth, elevation, view_angle_deg=high)

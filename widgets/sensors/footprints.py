@@ -56,7 +56,7 @@ class FootprintsLayer:
         self._edges = [hidden(renderer, rgba_actor(pv.PolyData(), "rgba")) for _ in range(2)]
         for actor in (*self._fills, *self._edges):
             actor.force_translucent = True
-        self._known: dict[tuple[Sensor, str], Footprint] = {}
+        self._known: dict[tuple[object, ...], Footprint] = {}
         self.set_line_width(1.0)
 
     def set_line_width(self, width_px: float) -> None:
@@ -70,13 +70,14 @@ class FootprintsLayer:
         is_selected: bool,
         is_any_selected: bool,
         palette: Palette,
+        limits: tuple[float, ...],
         solid: Solid | None,
         quick: bool,
     ) -> None:
-        """Show the footprints of the selected sensor, or those of all others."""
+        """Show the footprints of the selected sensor, or those of all others; cameras with bands of these limits."""
         share = 1.0 if is_selected else _OTHERS if is_any_selected else _ALONE
         edge = _EDGES[is_selected or not is_any_selected]
-        found = [self._found(sensor, solid, quick) for sensor in sensors if has_footprint(sensor)]
+        found = [self._found(sensor, limits, solid, quick) for sensor in sensors if has_footprint(sensor)]
         fills, edges = [], []
         for one in found:
             for band, tint in zip(one.bands, tints(one.sensor, palette, len(one.bands)), strict=True):
@@ -85,16 +86,18 @@ class FootprintsLayer:
         show_mesh(self._fills[is_selected], _mesh(fills, _FILL_M, _faces))
         show_mesh(self._edges[is_selected], _mesh(edges, _EDGE_M, _outline))
 
-    def _found(self, sensor: Sensor, solid: Solid | None, quick: bool) -> Footprint:
-        key = (rays_of(sensor), "" if solid is None else solid.fingerprint)
+    def _found(
+        self, sensor: Sensor, limits: tuple[float, ...], solid: Solid | None, quick: bool
+    ) -> Footprint:
+        key = (rays_of(sensor), limits, "" if solid is None else solid.fingerprint)
         known = self._known.get(key)
         if known is not None:
             return known
         if quick:
-            return footprint(sensor, step_deg=_QUICK_DEG)
+            return footprint(sensor, limits, step_deg=_QUICK_DEG)
         if len(self._known) >= _MOST_KEPT:
             self._known.clear()
-        found = self._known[key] = footprint(sensor, solid=solid)
+        found = self._known[key] = footprint(sensor, limits, solid)
         return found
 
 

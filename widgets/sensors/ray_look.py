@@ -7,6 +7,8 @@ from typing import Annotated, Literal
 
 from riglens.core.option_help import OptionHelp
 
+from riglens.core.footprint.ground import EN_62676_4
+
 SELECTED_LINES, QUICK_LINES = 1150, 300
 OTHER_LINES, _ALL_OTHERS, _QUICK_OTHERS = 130, 1500, 400
 _FEWEST_LINES = 24
@@ -38,6 +40,7 @@ class RayLook:
     fainter. `density` multiplies the number of rays at rest. While something moves there are never more than at
     density 1, but they are bolder. Surfaces that are filled have an opacity of their own, and need no rays. Without
     `of_all` only the selected sensor shows its rays, and without `lattice` a camera shows a short pyramid of them.
+    `px_per_m` are the limits of a camera's bands on the ground, falling.
     """
 
     shown: Annotated[
@@ -55,6 +58,7 @@ class RayLook:
     ] = "ground"
     of_all: Annotated[bool, OptionHelp("", "Draw the rays of every sensor.", "all-rays")] = False
     lattice: bool = False
+    px_per_m: tuple[float, ...] = EN_62676_4
 
     def of_selected(self, quick: bool = False) -> Strokes:
         """Return the strokes of the fan of the selected sensor."""

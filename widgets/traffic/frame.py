@@ -20,7 +20,8 @@ class ShownFrame:
 
     cls (n,): index into CLASSES, more for what is no object; centre_m, size_m (n, 3); rotation (n, 3, 3); points
     (n,): LiDAR points on each; places_m (p, 3): where rays end; on_box (p,): whether on a box. `pointed_out` is the
-    number of one box, None for none; from `enough` points on an object counts as detected.
+    number of one box, None for none; from `enough` points on an object counts as detected. `is_plain`: nothing is
+    said of points, and all boxes have the same colour.
     """
 
     cls: NDArray[np.uint8]
@@ -32,6 +33,19 @@ class ShownFrame:
     on_box: NDArray[np.bool_]
     enough: int
     pointed_out: int | None = None
+    is_plain: bool = False
+
+    @classmethod
+    def plain(
+        cls,
+        kinds: NDArray[np.uint8],
+        centre_m: NDArray[np.float64],
+        size_m: NDArray[np.float64],
+        rotation: NDArray[np.float64],
+    ) -> ShownFrame:
+        """Return boxes (k,), (k, 3), (k, 3), (k, 3, 3) of which nothing is known but where they are."""
+        points, places = np.zeros(len(kinds), np.int64), np.zeros((0, 3), np.float32)
+        return cls(kinds, centre_m, size_m, rotation, points, places, np.zeros(0, np.bool_), 1, is_plain=True)
 
 
 def colour_of(points: int, enough: int) -> str:

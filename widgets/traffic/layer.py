@@ -1,4 +1,4 @@
-"""Draw one frame: every object in one mesh, coloured by the points on it, and the points themselves."""
+"""Draw one frame: every object in one mesh, plain or coloured by the points on it, and the points themselves."""
 
 from __future__ import annotations
 
@@ -44,7 +44,9 @@ class TrafficLayer:
 
 
 def box_colours(frame: ShownFrame, palette: Palette) -> list[str]:
-    """Return the colour of each box: by its points, paler for occluders."""
+    """Return the colour of each box: by its points, paler for occluders; all the same in a plain frame."""
+    if frame.is_plain:
+        return [palette.traffic] * len(frame.cls)
     colours = []
     for number, cls in enumerate(frame.cls.tolist()):
         if cls >= len(CLASSES):

@@ -20,6 +20,7 @@ from riglens.core.rig.model import Sensor
 from riglens.core.vehicle.placing import placed
 from riglens.widgets.car.layer import BodyLayer
 from riglens.widgets.drawing.camera import WIDEST_M, OrbitCamera, Pixel, Size, ViewRay, framed, view_camera
+from riglens.widgets.drawing.label import Box
 from riglens.widgets.drawing.stage import Stage
 from riglens.widgets.drawing.standing import Clock, Standing
 from riglens.widgets.gizmo.drag import SNAP_M, Handle
@@ -82,6 +83,7 @@ class DrawnScene:
         self._state = SceneState(palette=palette)
         self._hovered: str | Handle | None = None
         self._quick = self._smooth = False
+        self._covered: list[Box] = []
         self._stage = stage = Stage(plotter)
         self._haze: tuple[object, ...] = ()
         self._cell_m: float | None = None
@@ -258,6 +260,10 @@ class DrawnScene:
         """Smooth the edges of later frames, with a filter that costs a third of a frame at rest."""
         self._smooth = smooth
 
+    def set_covered(self, box: Box | None) -> None:
+        """Keep labels off pixels that a widget over the view covers."""
+        self._covered = [] if box is None else [box]
+
     def set_echo(self, text: str, pixel: Pixel = (0.0, 0.0)) -> None:
         """Show a few numbers next to a pixel, or hide them."""
         self._words.set_echo(text, pixel)
@@ -332,7 +338,11 @@ class DrawnScene:
             layer.arrange(state.camera, self.size, self._pixel_ratio)
         self._words.arrange(state, self._cell_m, self.size, self._pixel_ratio)
         hovered = self._hovered if isinstance(self._hovered, str) else None
-        taken = [*self._words.boxes(), *self._places.arrange_dots(state, self.size, self._pixel_ratio)]
+        taken = [
+            *self._covered,
+            *self._words.boxes(),
+            *self._places.arrange_dots(state, self.size, self._pixel_ratio),
+        ]
         self._masts.arrange(state.camera, self.size, self._pixel_ratio, self._is_behind_car, taken)
         taken += self._masts.boxes
         self._places.arrange(state, hovered, taken, self.size, self._pixel_ratio)

@@ -13,13 +13,12 @@ import pyvista as pv
 from PySide6.QtCore import QRectF, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QImage, QPainter, QPaintEvent
 from PySide6.QtWidgets import QSizePolicy, QWidget
-from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 
-from riglens.widgets.drawing.actors import numpy_of
 from riglens.widgets.drawing.stage import render_window
 from riglens.widgets.theme import DARK, Palette
 from riglens.widgets.timers import Timers, single_shot
 from riglens.widgets.viewport.drawn_scene import DrawnScene
+from riglens.widgets.viewport.inset import image_of
 from riglens.widgets.viewport.redraw import Parts
 from riglens.widgets.viewport.viewport_base import ViewportBase
 
@@ -142,11 +141,7 @@ class OffscreenViewport(ViewportBase):
         self._show_pixels()
 
     def _show_pixels(self) -> None:
-        width, height = self._scene.size
-        pixels = vtkUnsignedCharArray()
-        self._window.GetRGBACharPixelData(0, 0, width - 1, height - 1, 0, pixels, 0)
-        lying = QImage(numpy_of(pixels).data, width, height, 4 * width, QImage.Format.Format_RGBX8888)
-        self._picture.show_image(lying.flipped(Qt.Orientation.Vertical))
+        self._picture.show_image(image_of(self._window))
 
     @property
     def is_at_rest(self) -> bool:

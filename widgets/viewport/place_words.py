@@ -196,7 +196,7 @@ def _band_words(state: SceneState, size: Size, unit: float) -> Iterator[Word]:
     camera = _labelled(state)
     if camera is None:
         return
-    for band in footprint(camera).bands:
+    for band in footprint(camera, state.ray_look.px_per_m).bands:
         if not band.patches:
             continue
         corners = band.patches[0]

@@ -74,7 +74,7 @@ class RigLayer:
             self._rays.show(shown, False, grid, palette, strokes, solid, look.lattice)
             self._fills.show(rest if is_frusta else (), False, grid, palette)
             self._footprints.show(
-                rest if is_ground else (), False, selected is not None, palette, solid, quick
+                rest if is_ground else (), False, selected is not None, palette, look.px_per_m, solid, quick
             )
         if selected is not None and not state.show_selection:
             palette = replace(palette, selected=ray_colour(selected.kind, palette))
@@ -82,7 +82,7 @@ class RigLayer:
         strokes = look.of_selected(quick)
         self._rays.show(chosen if look.shown else (), True, grid, palette, strokes, solid, look.lattice)
         self._fills.show(chosen if is_frusta else (), True, grid, palette)
-        self._footprints.show(chosen if is_ground else (), True, True, palette, solid, quick)
+        self._footprints.show(chosen if is_ground else (), True, True, palette, look.px_per_m, solid, quick)
 
     def arrange(self, camera: OrbitCamera, size: Size, pixel_ratio: float) -> None:
         """Fit the rays to the viewing direction."""

@@ -77,6 +77,10 @@ class View(QWidget):
         """Width and height of the view in logical pixels."""
 
     @abstractmethod
+    def show_inset(self, is_on: bool) -> None:
+        """Show the picture of a selected camera in a corner, or not."""
+
+    @abstractmethod
     def chosen_camera(self) -> OrbitCamera | None:
         """Return the camera that the user chose; None while the first view is fitted to the size of the widget."""
 

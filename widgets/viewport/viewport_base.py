@@ -19,6 +19,7 @@ from riglens.widgets.timers import Timers, single_shot
 from riglens.widgets.viewport.canvas_input import BoxFrame, CanvasInput
 from riglens.widgets.viewport.controller import ViewController
 from riglens.widgets.viewport.drawn_scene import DrawnScene
+from riglens.widgets.viewport.inset import CameraInset
 from riglens.widgets.viewport.redraw import Parts, Redraw
 from riglens.widgets.viewport.scene_state import SceneState
 from riglens.widgets.viewport.view import Tool, View
@@ -38,7 +39,7 @@ class ViewportBase(View):
 
     def __init__(self, parent: QWidget | None = None, timers: Timers = single_shot) -> None:
         super().__init__(parent)
-        self._closed = False
+        self._closed, self._timers = False, timers
         self._dropped: Sensor | None = None
         self.setAcceptDrops(True)
         self._redraw = Redraw(self, self._draw_now, self._draw_rested, self._in_parts, timers)
@@ -60,6 +61,7 @@ class ViewportBase(View):
         layout = self.layout()
         assert layout is not None
         layout.addWidget(canvas)
+        self._inset = CameraInset(self, self._timers)
         self.request_render()
 
     # ---- what the window calls
@@ -73,11 +75,22 @@ class ViewportBase(View):
         if (before.rig, before.heat_look, before.ray_look) != (state.rig, state.heat_look, state.ray_look):
             self._expect_more()
         self._scene.show(state)
+        self._follow_inset()
         self.request_render()
 
     @property
     def picture_size(self) -> tuple[int, int]:
         return self._canvas.width(), self._canvas.height()
+
+    def show_inset(self, is_on: bool) -> None:
+        self._inset.set_wanted(is_on)
+        self._follow_inset()
+        self.request_render()
+
+    def _follow_inset(self) -> None:
+        """Show the picture of the selected camera, and keep labels off it."""
+        self._inset.follow(self.state)
+        self._scene.set_covered(self._inset.box)
 
     # ---- actions that are not state
 
@@ -139,6 +152,7 @@ class ViewportBase(View):
         self._closed = True
         self._redraw.stop()
         self._input.stop()
+        self._inset.release()
         self._release()
 
     def _ask_menu(self, name: str | None, pixel: Pixel) -> None:
@@ -208,6 +222,7 @@ class ViewportBase(View):
 
     def _on_resized(self) -> None:
         self._expect_more()
+        self._follow_inset()
         self.request_render()
 
     def _in_parts(self) -> bool:

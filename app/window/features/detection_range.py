@@ -30,8 +30,8 @@ KEPT = {
 }
 """Settings of the plan that are kept between sessions."""
 NOW = (
-    "{name}, current{failed}, body {body}: first distance in metres with too little; LiDARs: worst-median-best "
-    "position between the beams; more is better"
+    "{name}, current{failed}, body {body}: detection range in metres; LiDARs: worst-median-best position between "
+    "the beams; more is better"
 )
 BEFORE = "Out of date: {name} before the last change"
 WAITS, MOVES, MAKING = "after the first scores", "while a sensor moves", "computing detection ranges"

@@ -1,4 +1,5 @@
-"""Show one frame of the traffic in the 3D view, following every drag; and step through the missed objects."""
+"""Show one frame of the traffic in the 3D view: plain bodies for scale, or one that is chosen, with the points on its
+objects, following every drag; and step through the missed objects."""
 
 from __future__ import annotations
 
@@ -29,6 +30,10 @@ if TYPE_CHECKING:
 
 FRAME_MS = 200
 """Shortest time for which each frame is shown during playback."""
+_AHEAD_M, _ASIDE_M, _CLOSE_M = (10.0, 45.0), 12.0, 12.0
+_SOME = 9
+"""Where objects are ahead and to the sides, how close they would hide the car, and how many show the scale without a
+crowd: our choice for the first view."""
 NONE_MISSED = "The rig misses no object in the frames counted so far"
 
 
@@ -53,6 +58,11 @@ class FrameView(Feature):
         ),
         Spec(
             "play_frames", "Play frames", "Play back traffic frames.", "Shift+J",
+            menu="scene/frames", is_checkable=True,
+        ),
+        Spec(
+            "plain_traffic", "Plain traffic",
+            "Show the objects of a typical frame as plain bodies while no frame is chosen.", "Shift+P",
             menu="scene/frames", is_checkable=True,
         ),
     )  # fmt: skip
@@ -82,11 +92,18 @@ class FrameView(Feature):
         panel.frame_wanted.connect(self._choose)
         panel.next_missed_wanted.connect(self.show_next_missed)
         panel.play_wanted.connect(self.play)
+        self._plain: ShownFrame | None = None
+        """Bodies of the scene's typical frame, once its objects have been counted."""
         self._is_playing, self._next = False, timers(self, FRAME_MS, self._show_next)
         self.bind(
             show_frame=lambda: self._choose(0 if self._shown is None else None),
             next_missed=self.show_next_missed,
             play_frames=lambda: self.play(not self._is_playing),
+            plain_traffic=self._show_plain,
+        )
+        self.actions["plain_traffic"].setChecked(True)
+        self.remember(
+            "frame/plain", self.actions["plain_traffic"].isChecked, self.actions["plain_traffic"].setChecked
         )
         self.serve(self.caster, self._take)
         targets.counted.connect(self._on_counts)
@@ -107,6 +124,16 @@ class FrameView(Feature):
         self._targets.panel.set_frames(0 if traffic is None else traffic.frames)
         for key in ("show_frame", "next_missed", "play_frames"):
             self.actions[key].setEnabled(traffic is not None)
+        answer = self._targets.answer
+        if self._plain is None and answer is not None and answer.request.scene is self.session.scene:
+            self._plain = plain_frame(answer.traffic)
+            self._show_plain()
+
+    def _show_plain(self) -> None:
+        """Show plain bodies, or none, unless a frame is chosen."""
+        wanted = self._plain if self.actions["plain_traffic"].isChecked() else None
+        if self._shown is None and self.viewport.state.traffic is not wanted:
+            self.viewport.show_state(replace(self.viewport.state, traffic=wanted))
 
     # ------------------------------------------------------------------ choosing
     def _choose(self, frame: int | None) -> None:
@@ -119,7 +146,7 @@ class FrameView(Feature):
 
     def forget_scene(self) -> None:
         """Show no frame of other traffic, and release it."""
-        self._missed = None
+        self._missed = self._plain = None
         self._choose(None)
 
     def play(self, wanted: bool) -> None:
@@ -167,8 +194,8 @@ class FrameView(Feature):
         self.actions["show_frame"].setChecked(shown is not None)
         if shown is None and self._is_playing:
             self.play(False)
-        if shown is None and self.viewport.state.traffic is not None:
-            self.viewport.show_state(replace(self.viewport.state, traffic=None))
+        if shown is None:
+            self._show_plain()
             self.drawn.emit()
         if frame is not None:
             self.frame_chosen.emit(frame)
@@ -226,6 +253,24 @@ class FrameView(Feature):
         self.drawn.emit()
         if missed is not None and request.explain is not None:
             self._targets.panel.say(missed_text(scene, request.explain, missed), stays=True)
+
+
+def plain_frame(traffic: Traffic) -> ShownFrame:
+    """Return the bodies of a frame with some objects ahead, the first of those with the number closest to `_SOME`,
+    and if possible none close to the car, where it would hide the car."""
+    is_object, x, y = traffic.cls < len(CLASSES), traffic.centre_m[:, 0], traffic.centre_m[:, 1]
+    ahead = is_object & (x > _AHEAD_M[0]) & (x < _AHEAD_M[1]) & (np.abs(y) < _ASIDE_M)
+    counts, close = (
+        np.bincount(traffic.frame_of_box[chosen], minlength=traffic.frames)
+        for chosen in (ahead, traffic.distance_m < _CLOSE_M)
+    )
+    off = np.abs(counts - _SOME) + np.where(close > 0, len(traffic.cls), 0)
+    first = min(np.flatnonzero(off == off.min()), key=lambda place: int(traffic.frame[place]))
+    part = slice(int(traffic.starts[first]), int(traffic.starts[first + 1]))
+    chosen = np.flatnonzero(is_object[part]) + part.start
+    return ShownFrame.plain(
+        traffic.cls[chosen], traffic.centre_m[chosen], traffic.size_m[chosen], traffic.rotation[chosen]
+    )
 
 
 def missed_objects(answer: CountAnswer) -> list[int]:

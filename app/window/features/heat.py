@@ -12,8 +12,10 @@ from PySide6.QtWidgets import QMenu, QToolButton, QWidget, QWidgetAction
 from riglens.app.window.actions import Choice, Spec, menu_button
 from riglens.app.window.feature import Feature
 from riglens.app.window.workbench import Workbench
+from riglens.core.errors import InputError
 from riglens.core.figures.heatmaps import OFF
 from riglens.core.figures.registry import heat_map_named, heat_maps
+from riglens.core.footprint.ground import checked_limits
 from riglens.core.scene.boxes import CLASSES
 from riglens.evaluation.requests import Result
 from riglens.widgets.heatmap.scale import HeatLook
@@ -237,5 +239,9 @@ def ray_look_of(kept: dict[str, Any]) -> RayLook | None:
     if not (isinstance(density, float) and LEAST_DENSITY <= density <= MOST_DENSITY):
         return None
     fill: Fill = next((fill for fill in FILLS if fill == kept.get("fill")), DEFAULT_RAYS.fill)
-    more = (kept.get(name) is True for name in ("of_all", "lattice"))
-    return RayLook(kept.get("shown") is not False, opacity, density, fill, *more)
+    of_all, lattice = (kept.get(name) is True for name in ("of_all", "lattice"))
+    try:
+        limits = checked_limits(kept.get("px_per_m", DEFAULT_RAYS.px_per_m))
+    except (InputError, TypeError, ValueError):
+        limits = DEFAULT_RAYS.px_per_m
+    return RayLook(kept.get("shown") is not False, opacity, density, fill, of_all, lattice, limits)

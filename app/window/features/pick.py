@@ -130,7 +130,11 @@ class Pick(Feature):
 
     def _show_card(self, picked: PickedVoxel | None) -> None:
         traffic = self.viewport.state.traffic
-        hidden = {} if picked is None or traffic is None else hidden_from(picked, self._rig(), traffic)
+        hidden = (
+            {}
+            if picked is None or traffic is None or traffic.is_plain
+            else hidden_from(picked, self._rig(), traffic)
+        )
         self.card.show_voxel(None if picked is None else voxel_text(picked, hidden, self.document.failed))
 
     def _rig(self) -> Rig:

@@ -49,7 +49,7 @@ class Report(Feature):
         self.bind(report=bench.guarded(self.open))
         self.remember("report/options", lambda: dict(self._options), self._take_options)
 
-    def _take_options(self, kept: dict[str, object]) -> None:
+    def _take_options(self, kept: dict[str, str]) -> None:
         self._options = {name: text for name, text in kept.items() if isinstance(text, str)}
 
     def _kept(self) -> list[Rig]:

@@ -52,6 +52,10 @@ class Views(Feature):
             "ortho", "Orthographic", "Use a parallel projection, so that lengths can be compared.",
             "O", menu="view/looks", is_checkable=True,
         ),
+        Spec(
+            "camera_inset", "Camera picture", "Show the picture of the selected camera in a corner of the view.",
+            "Shift+C", menu="view/shown", is_checkable=True,
+        ),
         _gizmo("move", "Move", "Show arrows on the selected sensor.", "W", "move"),
         _gizmo("rotate", "Rotate", "Show rings on the selected sensor.", "E", "rotate"),
         _gizmo("both", "Move and rotate", "Show arrows and rings on the selected sensor.", "Q", "both"),
@@ -93,6 +97,7 @@ class Views(Feature):
             frame=self.frame,
             frame_all=self.frame_all,
             ortho=self.set_ortho,
+            camera_inset=self._show_inset,
             **dict.fromkeys((*GIZMOS, "local", "snap"), self.set_gizmo),
             **{view: partial(self.viewport.set_view, view) for view in VIEWS},
         )
@@ -105,6 +110,9 @@ class Views(Feature):
         )
         tip = "Choose from where the car is seen (keys 1 to 6), or frame what is selected (F)."
         bench.places.add_to_toolbar("views", menu_button("view_from", "frame", tip, menu))
+
+    def _show_inset(self) -> None:
+        self.viewport.show_inset(self.actions["camera_inset"].isChecked())
 
     def set_gizmo(self) -> None:
         """Show the ticked handles in the view, and have drags snap or not."""
@@ -147,6 +155,8 @@ class Views(Feature):
         self.actions["local"].setChecked(settings.read("gizmo/local", False))
         self.actions["snap"].setChecked(settings.read("gizmo/snap", False))
         self.set_gizmo()
+        self.actions["camera_inset"].setChecked(settings.read("view/inset", True))
+        self._show_inset()
         camera = camera_of(settings.read("view/camera", {}))
         if camera is not None:
             self.look(camera)
@@ -155,6 +165,7 @@ class Views(Feature):
         settings.write("gizmo/mode", next(key for key in GIZMOS if self.actions[key].isChecked()))
         settings.write("gizmo/local", self.actions["local"].isChecked())
         settings.write("gizmo/snap", self.actions["snap"].isChecked())
+        settings.write("view/inset", self.actions["camera_inset"].isChecked())
         camera = self.viewport.chosen_camera()
         settings.write("view/camera", {} if camera is None else asdict(camera))
 

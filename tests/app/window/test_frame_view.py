@@ -15,7 +15,14 @@ from riglens.app.background.counting import CountAnswer
 from riglens.app.background.frames import FrameCasting, FrameRequest, boxes_of
 from riglens.app.background.worker import BackgroundWorker
 from riglens.app.window.features.follow import Follow
-from riglens.app.window.features.frame import FRAME_MS, NONE_MISSED, FrameView, missed_objects, missed_text
+from riglens.app.window.features.frame import (
+    FRAME_MS,
+    NONE_MISSED,
+    FrameView,
+    missed_objects,
+    missed_text,
+    plain_frame,
+)
 from riglens.app.window.features.pick import hidden_from, voxel_text
 from riglens.app.window.features.targets import Targets
 from riglens.core.engine.sight import Sight
@@ -29,7 +36,9 @@ from riglens.core.targets.settings import USUAL, TargetSettings
 from riglens.core.vehicle.solid import Solid
 from riglens.core.view.frame_scene import FrameScene, Missed, frame_scene
 from riglens.evaluation.requests import PickedVoxel
+from riglens.widgets.theme import DARK
 from riglens.widgets.traffic.frame import ShownFrame
+from riglens.widgets.traffic.layer import box_colours
 from tests.app.window.desk import Desk, FakeWorker, full_desk, open_desk
 from tests.app.window_bench import RIG
 from tests.core.targets.cases import random_traffic, traffic
@@ -116,7 +125,7 @@ def test_a_frame_that_is_not_shown_costs_nothing(stand: Stand) -> None:
     stand.view._choose(None)
     asked = len(stand.caster.requests)
     stand.desk.drag("roof", (0.3, 0.0, 2.0))
-    assert len(stand.caster.requests) == asked and stand.shown is None
+    assert len(stand.caster.requests) == asked and stand.shown is not None and stand.shown.is_plain
 
 
 def test_an_answer_for_another_frame_is_not_shown(stand: Stand) -> None:
@@ -125,7 +134,7 @@ def test_an_answer_for_another_frame_is_not_shown(stand: Stand) -> None:
     first = stand.caster.requests[-1]
     stand.view._choose(1)
     stand.view._take(first, (frame_scene(Rig(), 0, boxes_of(TRAFFIC, first.place), NO_BODY), None))
-    assert stand.shown is None
+    assert stand.shown is not None and stand.shown.is_plain
 
 
 def test_the_action_turns_the_frame_on_and_off(stand: Stand) -> None:
@@ -322,7 +331,7 @@ def test_nothing_plays_without_a_frame(stand: Stand) -> None:
     stand.view._choose(None)
     assert not stand.targets.panel._play.isChecked()
     stand.timers.advance(FRAME_MS)
-    assert stand.shown is None and len(stand.caster.requests) == 1
+    assert stand.shown is not None and stand.shown.is_plain and len(stand.caster.requests) == 1
 
 
 def test_a_frame_follows_how_points_are_counted(stand: Stand) -> None:
@@ -357,3 +366,31 @@ def test_sensor_views_show_the_frame_of_the_3d_view(qtbot: QtBot) -> None:
         panel.set_frames(4)
         desk.features.frame.frame_chosen.emit(3)
         assert panel.chosen_frame == 3 and panel.slider.value() == 3
+
+
+def test_plain_bodies_of_a_typical_frame_stand_there_while_none_is_chosen(stand: Stand) -> None:
+    assert stand.shown is None
+    stand.count()
+    plain = stand.shown
+    assert plain is not None and plain.is_plain and len(plain.cls) > 0 and not stand.caster.requests
+    assert set(box_colours(plain, DARK)) == {DARK.traffic}
+    stand.view._choose(0)
+    stand.caster.answer()
+    stand.settle()
+    assert stand.shown is not None and not stand.shown.is_plain
+    stand.view._choose(None)
+    assert stand.shown is plain
+    stand.desk.act("plain_traffic")
+    assert stand.shown is None
+    stand.desk.act("plain_traffic")
+    assert stand.shown is plain
+    stand.desk.load()
+    assert stand.shown is None
+
+
+def test_the_typical_frame_has_objects_ahead_and_none_close() -> None:
+    crowd = [(0, 0, (20.0 + 2 * n, 3.0, 0.8), (4.0, 1.8, 1.6), 0.0) for n in range(12)]
+    some = [(frame, 0, (20.0 + 2 * n, 3.0, 0.8), (4.0, 1.8, 1.6), 0.0) for frame in (1, 2) for n in range(8)]
+    close = [(1, 0, (-6.0, 3.0, 0.8), (4.0, 1.8, 1.6), 0.0)]
+    found = plain_frame(traffic([*crowd, *some, *close], frames=4))
+    assert len(found.cls) == 8 and found.centre_m[:, 0].min() == 20.0

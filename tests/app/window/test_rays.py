@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ from riglens.app.window.settings import Settings
 from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, RayLook
 from riglens.widgets.viewport.offscreen import OffscreenViewport
 from riglens.widgets.viewport.still import render_still
-from tests.app.window_bench import Bench, open_bench
+from tests.app.window_bench import Bench, open_bench, type_into
 from tests.widgets.mouse import hover
 
 
@@ -132,3 +133,16 @@ def test_a_picture_shows_the_rays_of_the_view(qtbot: QtBot, tmp_path: Path) -> N
         pictures.append(render_still(bench.viewport.state, (160, 100)).astype(int))
         faint, strong = (np.abs(picture - pictures[-1]).mean() for picture in pictures[:2])
         assert strong > 2 * faint > 0
+
+
+def test_bands_of_own_limits_are_kept_and_others_are_refused(bench: Bench, tmp_path: Path) -> None:
+    panel = open_sliders(bench)
+    type_into(bench.qtbot, panel.limits, "200, 50")
+    assert bench.viewport.state.ray_look.px_per_m == (200.0, 50.0)
+    type_into(bench.qtbot, panel.limits, "50, 200")
+    assert panel.limits.property("invalid") and bench.viewport.state.ray_look.px_per_m == (200.0, 50.0)
+    kept = asdict(bench.viewport.state.ray_look)
+    assert ray_look_of(kept) == bench.viewport.state.ray_look
+    for broken in ("x", [1.0, 2.0], [None], 7):
+        look = ray_look_of(kept | {"px_per_m": broken})
+        assert look is not None and look.px_per_m == DEFAULT_RAYS.px_per_m

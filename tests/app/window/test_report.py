@@ -126,7 +126,7 @@ def test_a_report_is_made_as_the_dialog_says(desk: FullDesk, tmp_path: Path, suf
     assert dialog.format.currentData() == suffix
     dialog.labels["author"].setText("A. Engineer")
     dialog.tolerance.setChecked(False)
-    dialog.create.click()
+    dialog.make.click()
     desk.qtbot.waitUntil(lambda: bool(shown), timeout=TIMEOUT_MS)
     (job,), settings = jobs, desk.session.settings
     assert shown == [job.out] == [desk.dialogs.path] and job.out.read_text("utf-8") == suffix
@@ -146,12 +146,12 @@ def test_a_file_that_cannot_be_written_is_named_before_the_work(desk: FullDesk, 
     dialog, jobs = open_dialog(desk, SceneOptions(boxes=boxes))
     for path in (tmp_path / "missing" / "a.html", boxes):
         dialog.show_path(path)
-        dialog.create.click()
+        dialog.make.click()
         assert path.name in dialog.note.text() and jobs == [] and dialog.isVisible()
     dialog.others.setChecked(False)
     dialog.opens.setChecked(False)
     dialog.show_path(tmp_path / "made")  # the ending of the format is added
-    dialog.create.click()
+    dialog.make.click()
     desk.qtbot.waitUntil(lambda: bool(jobs), timeout=TIMEOUT_MS)
     assert jobs[0].out == tmp_path / "made.html" and jobs[0].rigs == desk.features.report.rigs(False)
 
@@ -164,5 +164,5 @@ def test_a_report_that_fails_says_why(desk: FullDesk, tmp_path: Path) -> None:
 
     desk.features.report.work = work
     dialog.show_path(tmp_path / "made.html")
-    dialog.create.click()
+    dialog.make.click()
     desk.qtbot.waitUntil(lambda: desk.workbench.errors.message == "rig: wrong", timeout=TIMEOUT_MS)

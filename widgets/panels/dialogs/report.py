@@ -68,8 +68,8 @@ class ReportDialog(QDialog):
         self.opens = QCheckBox("Open it once written")
         self.opens.setChecked(True)
         self.note = plain_label(style="hint", wraps=True)
-        self.create = button(QPushButton("Create"), self._on_create, name="create")
-        self.create.setDefault(True)
+        self.make = button(QPushButton("Create"), self._on_create, name="create")
+        self.make.setDefault(True)
         self._build()
         self._on_path()
 
@@ -86,7 +86,7 @@ class ReportDialog(QDialog):
         for name, edit in self.labels.items():
             form.addRow(name.capitalize(), edit)
         form.addRow("", self.opens)
-        buttons = filled(QHBoxLayout(), self.note, 1, cancel, self.create, spacing=SPACING)
+        buttons = filled(QHBoxLayout(), self.note, 1, cancel, self.make, spacing=SPACING)
         filled(QVBoxLayout(self), form, buttons, margins=(2 * MARGIN,) * 4, spacing=2 * SPACING)
 
     @property
@@ -135,7 +135,7 @@ class ReportDialog(QDialog):
         self.note.setObjectName("hint")
         self.note.setText(REPLACES if path.is_file() else "")
         self.note.style().polish(self.note)
-        self.create.setEnabled(bool(path.name))
+        self.make.setEnabled(bool(path.name))
 
     def _on_create(self) -> None:
         if self.choice.path.suffix.lower() not in FORMATS:

@@ -7,10 +7,13 @@ import math
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import QCheckBox, QGridLayout, QLabel, QPushButton, QSlider, QWidget
 
+from riglens.core.errors import InputError
+from riglens.core.footprint.ground import checked_limits
 from riglens.core.view.heatmap_data import HeatmapData
 from riglens.widgets.heatmap.scale import USUAL_LOOK, HeatLook, value_text
 from riglens.widgets.panels.controls.building import button
 from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel
+from riglens.widgets.panels.fields.edits import ListEdit
 from riglens.widgets.sensors.ray_look import DEFAULT_RAYS, LEAST_DENSITY, MOST_DENSITY, RayLook
 
 _CAPTION_PX, _SLIDER_PX, _VALUE_PX = 68, 150, 104
@@ -64,6 +67,17 @@ class LookPanel(QWidget):
         box.toggled.connect(self._on_changed)
         self._grid.addWidget(box, self._grid.rowCount(), 0, 1, 3)
         return box
+
+    def add_list(self, caption: str, tip: str) -> ListEdit:
+        """Add a list of numbers."""
+        edit, label = ListEdit(), QLabel(caption)
+        edit.setObjectName(caption)
+        edit.setAccessibleName(caption)
+        row = self._grid.rowCount()
+        label.setToolTip(tip)
+        self._grid.addWidget(label, row, 0)
+        self._grid.addWidget(edit, row, 1, 1, 2)
+        return edit
 
     def add_reset(self) -> None:
         """Add a button that goes back to the default look."""
@@ -207,6 +221,11 @@ class RaysPanel(LookPanel):
             _step(LEAST_DENSITY),
             _step(MOST_DENSITY),
         )
+        self.limits = self.add_list(
+            "Bands, px/m",
+            "Least pixels per metre of each band of a camera on the ground, falling; by default those of EN 62676-4.",
+        )
+        self.limits.edited.connect(self._on_limits)
         self.add_reset()
         self.set_look(DEFAULT_RAYS)
 
@@ -217,6 +236,7 @@ class RaysPanel(LookPanel):
     def set_look(self, look: RayLook) -> None:
         """Set check box and sliders to a look, and signal it."""
         self._fill = look.fill
+        self.limits.set_value(look.px_per_m)
         widgets = (self.shown, self.of_all, self.lattice, self.opacity, self.density)
         blockers = [QSignalBlocker(widget) for widget in widgets]
         self.shown.setChecked(look.shown)
@@ -231,10 +251,19 @@ class RaysPanel(LookPanel):
     def look(self) -> RayLook:
         """The look that check box and sliders give."""
         density = 2.0 ** (self.density.value() / _PER_OCTAVE)
-        opacity, boxes = self.opacity.value() / _PERCENT, (self.of_all, self.lattice)
         return RayLook(
-            self.shown.isChecked(), opacity, density, self._fill, *(box.isChecked() for box in boxes)
-        )
+            self.shown.isChecked(), self.opacity.value() / _PERCENT, density, self._fill,
+            self.of_all.isChecked(), self.lattice.isChecked(), self.limits.value or DEFAULT_RAYS.px_per_m,
+        )  # fmt: skip
+
+    def _on_limits(self, limits: tuple[float, ...]) -> None:
+        """Take limits of bands, unless they do not fall."""
+        try:
+            self.limits.set_value(checked_limits(limits))
+        except InputError as error:
+            self.limits.mark(str(error))
+            return
+        self._on_changed()
 
     def _on_changed(self, _: object = None) -> None:
         look = self.look
