@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from riglens.core.option_help import OptionHelp
-
 from riglens.core.footprint.ground import EN_62676_4
+from riglens.core.option_help import OptionHelp
 
 SELECTED_LINES, QUICK_LINES = 1150, 300
 OTHER_LINES, _ALL_OTHERS, _QUICK_OTHERS = 130, 1500, 400

@@ -18,7 +18,7 @@ from tests.hand_clock import HandTimers
 
 FRONT = Camera(name="front", position=(0.4, 0.0, 1.5), image=(160, 90), hfov_deg=65.0)
 WIDE = FRONT.replace(name="wide", hfov_deg=150.0)
-RIG = Rig(sensors=(FRONT, WIDE, Lidar(name="top", position=(0.0, 0.0, 1.9))))
+RIG = Rig(sensors=(FRONT, WIDE, Lidar(name="top", position=(0.0, 0.0, 1.9), elevations_deg=(-10.0, 0.0))))
 
 
 @pytest.fixture

@@ -23,7 +23,7 @@ from PySide6.QtWidgets import (
 from riglens.core.shown_text import visible_lines
 from riglens.widgets.panels.controls.building import button, filled, plain_label, tool
 from riglens.widgets.panels.controls.icons import icon
-from riglens.widgets.panels.controls.style import SPACING, numbers_font
+from riglens.widgets.panels.controls.style import SPACING, numbers_font, plain_tip
 
 DETAILS_PX = 150
 Choices = dict[str, Callable[[], object]]
@@ -205,8 +205,8 @@ class ProgressStrip(QWidget):
             self._patience.start()
 
     def name_stage(self, stage: str) -> None:
-        """Show the current stage in place of the title, which goes into the tooltip."""
-        self.bar.setToolTip(self._title)
+        """Show the current stage in place of the title; both are in the tooltip."""
+        self.bar.setToolTip(plain_tip(f"{self._title}: {stage}"))
         self._stage = stage
 
     def show_progress(self, fraction: float) -> None:
@@ -214,7 +214,9 @@ class ProgressStrip(QWidget):
         self._time_left.note(fraction)
         seconds = self._time_left.seconds
         self.bar.setValue(round(STEPS * fraction))
-        self.bar.setFormat(f"{self._stage}  %p %")
+        room_px = self.bar.width() - self.bar.fontMetrics().horizontalAdvance("   100 %  ")
+        stage = self.bar.fontMetrics().elidedText(self._stage, Qt.TextElideMode.ElideRight, room_px)
+        self.bar.setFormat(f"{stage}  %p %")  # Qt cuts both ends of a text that is too long
         self.left.setText("" if seconds is None else f"{duration_text(seconds)} left")
 
     def show_stage(self, title: str, note: str) -> None:
