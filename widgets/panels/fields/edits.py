@@ -264,6 +264,9 @@ class ValueEdit(QLineEdit, Generic[Value]):
         if _is_redo(event):
             self.redo()
             return
+        if event.text() == "?" and not self.holds_words:
+            event.ignore()
+            return
         super().keyPressEvent(event)
 
     def event(self, event: QEvent) -> bool:
