@@ -6,13 +6,14 @@ from dataclasses import replace
 
 import pyvista as pv
 from PySide6.QtCore import QRect, Qt
-from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent
+from PySide6.QtGui import QColor, QFont, QFontMetrics, QImage, QPainter, QPaintEvent
 from PySide6.QtWidgets import QWidget
 from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 from vtkmodules.vtkRenderingCore import vtkRenderWindow
 
 from riglens.core.rig.model import Camera
 from riglens.core.sensors.camera import field_of_view_deg
+from riglens.core.shown_text import visible
 from riglens.widgets.drawing.actors import numpy_of
 from riglens.widgets.drawing.camera import through
 from riglens.widgets.drawing.label import Box
@@ -25,7 +26,7 @@ PAUSE_MS = 120
 """Least time between pictures during a drag: each takes about as long as a frame of the view."""
 _SHARE, _MOST_PX, _LEAST_PX = 0.27, 384, 150
 """Width as a share of the view's, and its limits; a view that has no room for it shows none."""
-_MARGIN_PX, _LINE_PX, _RIM_PX = 12, 22, 2
+_MARGIN_PX, _LINE_PX, _RIM_PX, _GAP_PX = 12, 22, 2, 8
 
 
 class CameraInset(QWidget):
@@ -135,19 +136,26 @@ class CameraInset(QWidget):
             painter.drawImage(inside, self._image)
         line = self.rect().adjusted(6, inside.bottom() + _RIM_PX, -6, 0)
         painter.setPen(QColor(palette.text))
-        width, height = camera.image
-        about = f"{width} × {height} px · {field_of_view_deg(camera)[0]:.0f}°"
-        font = self.font()
-        font.setPointSizeF(font.pointSizeF() * 0.86)
-        painter.setFont(font)
-        centre = Qt.AlignmentFlag.AlignVCenter
-        painter.drawText(line, centre | Qt.AlignmentFlag.AlignRight, about)
-        room = line.width() - painter.fontMetrics().horizontalAdvance(about) - 8
-        font.setBold(True)
-        painter.setFont(font)
-        name = painter.fontMetrics().elidedText(camera.name, Qt.TextElideMode.ElideRight, room)
-        painter.drawText(line, centre | Qt.AlignmentFlag.AlignLeft, name)
+        _write(painter, camera, line)
         painter.end()
+
+
+def _write(painter: QPainter, camera: Camera, line: QRect) -> None:
+    """Write the name of a camera, and beside it pixels and field of view as far as they have room."""
+    font, centre = painter.font(), Qt.AlignmentFlag.AlignVCenter
+    font.setPointSizeF(font.pointSizeF() * 0.86)
+    bold = QFont(font)
+    bold.setBold(True)
+    name = visible(camera.name)
+    left_px = line.width() - QFontMetrics(bold).horizontalAdvance(name) - _GAP_PX
+    (width, height), wide = camera.image, f"{field_of_view_deg(camera)[0]:.0f}°"
+    texts = (f"{width} × {height} px · {wide}", wide, "")
+    about = next(text for text in texts if QFontMetrics(font).horizontalAdvance(text) <= max(left_px, 0))
+    painter.setFont(font)
+    painter.drawText(line, centre | Qt.AlignmentFlag.AlignRight, about)
+    painter.setFont(bold)
+    name = QFontMetrics(bold).elidedText(name, Qt.TextElideMode.ElideRight, line.width())
+    painter.drawText(line, centre | Qt.AlignmentFlag.AlignLeft, name)
 
 
 def _seen(state: SceneState) -> SceneState | None:

@@ -84,6 +84,7 @@ class Map(Feature):
         self._top = self._blind = None
         self.panel.map.set_grid(scene.field.grid)
         self.panel.map.set_gap(scene.gap)
+        self.panel.map.set_message(COMPUTING)
 
     def _follow_result(self, result: Result) -> None:
         top = result.top_view
