@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -22,14 +23,15 @@ RIG = Rig(sensors=(FRONT, WIDE, Lidar(name="top", position=(0.0, 0.0, 1.9), elev
 
 
 @pytest.fixture
-def inset(qtbot: QtBot, xvfb: None) -> CameraInset:
+def inset(qtbot: QtBot, xvfb: None) -> Iterator[CameraInset]:
     view, timers = QWidget(), HandTimers()
     view.resize(800, 600)
     qtbot.addWidget(view)
     made = CameraInset(view, timers)
     made.timers = timers  # type: ignore[attr-defined]
     view.show()
-    return made
+    yield made
+    made.release()
 
 
 def drawn(inset: CameraInset) -> np.ndarray:
@@ -50,7 +52,6 @@ def test_a_selected_camera_shows_its_picture_and_a_turn_changes_it(inset: Camera
     turned = RIG.with_sensor("front", FRONT.replace(rpy_deg=(0.0, 30.0, 0.0)))
     inset.follow(replace(state, rig=turned))
     assert (drawn(inset) != before).mean() > 0.1
-    inset.release()
 
 
 @pytest.mark.parametrize("name", ["wide", "top", None])
