@@ -32,8 +32,8 @@ FRAME_MS = 200
 """Shortest time for which each frame is shown during playback."""
 _AHEAD_M, _ASIDE_M, _CLOSE_M = (10.0, 45.0), 12.0, 12.0
 _SOME = 9
-"""Where objects are ahead and to the sides, how close they would hide the car, and how many show the scale without a
-crowd: our choice for the first view."""
+"""Ground ahead and to the sides, distance below which an object would hide the car, and number of objects that shows
+the scale without a crowd: our choice for the first view."""
 NONE_MISSED = "The rig misses no object in the frames counted so far"
 
 

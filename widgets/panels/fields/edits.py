@@ -57,7 +57,7 @@ class ValueEdit(QLineEdit, Generic[Value]):
     unmarked = Signal()
     """The text that was refused is gone."""
     holds_words = False
-    """Whether a text may hold any letter, also one that is a shortcut elsewhere."""
+    """Take any letter, also one that is a shortcut elsewhere."""
 
     def __init__(
         self,
