@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Literal
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,19 +13,20 @@ from numpy.typing import NDArray
 from riglens.core.figures.figure import Figure
 from riglens.core.figures.hits import ENOUGH_POINTS, MISSED, SEEN_BY_CAMERAS, SHARE_1, SHARE_5
 from riglens.core.figures.predicted import FOUND, PREDICTED
-from riglens.core.kernels.objects.counts import ALONE, FIRST_ROW, LAST_ROW, RAYS
 from riglens.core.rig.model import Sensor
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensors.camera import CAMERA
 from riglens.core.sensors.registry import AnyKind, further_kinds, kind_of, kinds
 from riglens.core.targets.calibration import MIN_RECALL, MOST, Calibration, Domain, shipped
-from riglens.core.targets.contribution import Contribution
 from riglens.core.targets.settings import HALF, TargetSettings
 from riglens.core.targets.traffic import Traffic
 
+if TYPE_CHECKING:  # the compiler
+    from riglens.core.targets.contribution import Contribution
+
 Doubles = NDArray[np.float64]
 Flags = NDArray[np.bool_]
-OfOthers = Callable[[Sensor, Contribution, Doubles], Doubles]
+OfOthers: TypeAlias = "Callable[[Sensor, Contribution, Doubles], Doubles]"
 """Chance that a sensor other than a LiDAR finds each object by itself, (k,), by its hits and their distance (k,)."""
 _NO_LIDARS = np.zeros((len(CLASSES), 2))
 
@@ -117,6 +118,8 @@ def _shown(sensor: Sensor, one: Contribution, distance_m: Doubles) -> Doubles:
     """Return the share of the silhouette that a camera shows, 0 of other sensors."""
     if kind_of(sensor) is not CAMERA:
         return np.zeros(len(distance_m))
+    from riglens.core.kernels.objects.counts import ALONE, RAYS  # the compiler
+
     count = len(distance_m)
     return one.inside[:count] * one.found[RAYS, :count] / np.maximum(one.found[ALONE, :count], 1)
 
@@ -132,6 +135,8 @@ def _by_cameras(calibration: Calibration) -> OfOthers:
 
 def _detected(sensor: Sensor, one: Contribution, distance_m: Doubles) -> Doubles:
     """Return 1 where a sensor other than a LiDAR detects an object by itself."""
+    from riglens.core.kernels.objects.counts import FIRST_ROW, LAST_ROW, RAYS  # the compiler
+
     kind, count = kind_of(sensor), len(distance_m)
     if kind is CAMERA:
         return np.asarray(_shown(sensor, one, distance_m) >= HALF, np.float64)

@@ -233,7 +233,7 @@ def _zod_frames(path: Path) -> Iterator[FrameBoxes]:
 
 def _dair_files(path: Path) -> list[Path]:
     """Return the labels of a vehicle's side."""
-    return sorted((path / "label" / "lidar").glob("*.json")) if path.is_dir() else []
+    return sorted(path.glob("label/lidar/*.json"))
 
 
 def _dair_frames(path: Path) -> Iterator[FrameBoxes]:
