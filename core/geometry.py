@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Vec3 = tuple[float, float, float]
+_ROTATION_TOLERANCE = 1e-3
+"""Largest error of a rotation's products of rows: what writers round to."""
 
 
 def rotation_from_rpy_deg(rpy_deg: Vec3) -> NDArray[np.float64]:
@@ -28,6 +30,14 @@ def rotation_from_rpy_deg(rpy_deg: Vec3) -> NDArray[np.float64]:
         ],
         dtype=np.float64,
     )
+
+
+def is_rotation(matrix: NDArray[np.float64]) -> bool:
+    """Return whether a matrix (3, 3) turns, but for rounding, without scale or reflection; any finite numbers."""
+    if np.abs(matrix).max() > 2.0:  # products of larger numbers may overflow
+        return False
+    error = np.abs(matrix @ matrix.T - np.eye(3)).max()
+    return bool(error <= _ROTATION_TOLERANCE and np.linalg.det(matrix) > 0.0)
 
 
 def triple(vector: ArrayLike) -> Vec3:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
-from riglens.core.geometry import Pose, Vec3, rpy_deg_from_rotation
+from riglens.core.geometry import Pose, Vec3, is_rotation, rpy_deg_from_rotation
 from riglens.core.rig.yaml.nodes import Plain, parse_yaml, plain_value, shortened
 
 PoseFormat = Literal["yaml", "numbers", "quaternion", "matrix"]
@@ -117,8 +117,7 @@ def _from_numbers(text: str) -> Pose:
 def _from_matrix(matrix: NDArray[np.float64]) -> Pose:
     """Return a pose from the transform (3 or 4, 4) from sensor to vehicle."""
     rotation = matrix[:3, :3]
-    is_rigid = np.abs(rotation @ rotation.T - np.eye(3)).max() <= _RIGID_TOLERANCE
-    if not is_rigid or np.linalg.det(rotation) < 0:
+    if not is_rotation(rotation):
         raise InputError("pose: the matrix must be a rotation, without scale or reflection")
     if len(matrix) == 4 and np.abs(matrix[3] - (0.0, 0.0, 0.0, 1.0)).max() > _RIGID_TOLERANCE:
         raise InputError("pose: the last row of the matrix must be 0 0 0 1")

@@ -6,7 +6,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from riglens.core.geometry import Pose, Vec3, rotation_from_rpy_deg, rpy_deg_from_rotation
+from riglens.core.geometry import Pose, Vec3, is_rotation, rotation_from_rpy_deg, rpy_deg_from_rotation
 from tests.core.oracle import rotation
 
 angles = st.floats(-180.0, 180.0)
@@ -106,3 +106,13 @@ def test_many_points_are_transformed_as_each_of_them(pose: Pose, points_m: list[
         homogeneous = pose.vehicle_SE3_sensor() @ [*point_m, 1.0]
         assert one == pytest.approx(homogeneous[:3], abs=1e-9)
         assert one == pytest.approx(pose.transform(point_m), abs=1e-12)
+
+
+@given(rpy, st.floats(-1.7e308, 1.7e308))
+@example((0.0, 0.0, 0.0), 1e308)
+@example((0.0, 0.0, 0.0), -1.0)
+def test_only_a_rotation_is_one_however_large_the_numbers(rpy_deg: Vec3, scale: float) -> None:
+    matrix = rotation_from_rpy_deg(rpy_deg)
+    assert is_rotation(matrix)
+    with np.errstate(all="raise", under="ignore"):
+        assert is_rotation(scale * matrix) == (abs(scale - 1.0) < 4e-4) or abs(abs(scale - 1.0) - 5e-4) < 2e-4

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
 from riglens.core.files import open_regular
-from riglens.core.geometry import rotation_from_rpy_deg
+from riglens.core.geometry import is_rotation, rotation_from_rpy_deg
 from riglens.core.rig.pose_text import rotation_from_quaternion
 from riglens.core.rig.yaml.nodes import parse_yaml, plain_value, read_text
 from riglens.core.scene.boxes import BoxBatch, Progress
@@ -208,7 +208,7 @@ def _zod_frames(path: Path) -> Iterator[FrameBoxes]:
     camera = _at(_json(calibration), "FC", str(calibration), dict)
     rows = _at(camera, "lidar_extrinsics", str(calibration), list)
     matrix = np.array([_numbers(row, 4, f"{calibration}: lidar_extrinsics") for row in rows[:3]])
-    if matrix.shape != (3, 4) or np.abs(matrix[:, :3] @ matrix[:, :3].T - np.eye(3)).max() > 1e-3:
+    if matrix.shape != (3, 4) or not is_rotation(matrix[:, :3]):
         raise InputError(f"{calibration}: lidar_extrinsics: must be a rigid transform of 4 x 4 numbers")
     found = FrameBoxes(str(path))
     for entry in _listed(_json(path), str(path)):

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
 from riglens.core.files import open_regular
-from riglens.core.geometry import Vec3
+from riglens.core.geometry import Vec3, is_rotation
 from riglens.core.scene.boxes import BoxBatch, Progress
 from riglens.core.scene.limits import MAX_NAME_CHARS, require_few_files
 from riglens.core.scene.readers.classes import UNMAPPED
@@ -50,7 +50,6 @@ _FRAME_DIGITS = 6
 _BOX_FIELDS = ("height", "width", "length", "x", "y", "z", "rotation_y")
 _CALIBRATION = {"R_rect": ("R0_rect", 9), "Tr_velo_cam": ("Tr_velo_to_cam", 12)}
 """Lines of a calibration: their other name, and how many numbers they hold."""
-_ROTATION_TOLERANCE = 1e-3
 
 
 @dataclass(frozen=True)
@@ -186,7 +185,7 @@ def read_calibration(path: Path) -> NDArray[np.float64]:
     rectify[:3, :3] = found["R_rect"].reshape(3, 3)
     camera_SE3_velodyne[:3] = found["Tr_velo_cam"].reshape(3, 4)
     for key, matrix in (("R_rect", rectify), ("Tr_velo_cam", camera_SE3_velodyne)):
-        if not _is_rotation(matrix[:3, :3]):
+        if not is_rotation(matrix[:3, :3]):
             raise InputError(f"{path}: {key}: must be a rotation without scale or shear")
     if not (np.abs(camera_SE3_velodyne[:3, 3]) <= MAX_POSITION_M).all():
         raise InputError(f"{path}: Tr_velo_cam: the shift must be {ACCEPTED_POSITION}")
@@ -262,11 +261,6 @@ def _number(place: str, text: str) -> float:
     if not math.isfinite(value) or "_" in text:
         raise InputError(f"{place}: must be a finite number (got {shown(text)})")
     return value
-
-
-def _is_rotation(matrix: NDArray[np.float64]) -> bool:
-    error = np.abs(matrix @ matrix.T - np.eye(3)).max()
-    return bool(error < _ROTATION_TOLERANCE and np.linalg.det(matrix) > 0.0)
 
 
 def _nearest_rotation(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
