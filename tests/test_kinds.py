@@ -455,6 +455,7 @@ MAY_NAME_KINDS = {
     "core/footprint": "pixels per metre are of cameras",
     "widgets/panels/sensors/rows.py": "pixels per metre are of cameras",
     "widgets/sensors/footprints.py": "pixels per metre are of cameras",
+    "widgets/viewport/inset.py": "pictures are of cameras",
     "widgets/viewport/place_words.py": "cameras have an aim and a width of view",
     "widgets/viewport/words_layer.py": "pixels per metre are of cameras",
     "riglens/studies/paper_sheet.py": "the paper's groups are of LiDARs and of cameras",

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from riglens.core.footprint.ground import footprint
+from riglens.core.footprint.ground import EN_62676_4, footprint
 from riglens.core.rig.model import Camera, KannalaBrandt, Vehicle
 from riglens.core.sensors.ultrasonic import Ultrasonic
 from riglens.core.vehicle.solid import solid_of
@@ -30,7 +30,7 @@ def drawn(layer: FootprintsLayer, is_selected: bool) -> pv.PolyData:
 
 @pytest.mark.parametrize("sensor", [CAMERA, BENT, SOUND], ids=["pinhole", "bent", "sound"])
 def test_a_mesh_has_the_area_of_the_bands(layer, sensor):
-    layer.show([sensor], True, True, DARK, None, False)
+    layer.show([sensor], True, True, DARK, EN_62676_4, None, False)
     found = footprint(sensor)
     area = drawn(layer, True).triangulate().compute_cell_sizes()["Area"].sum()
     assert area == pytest.approx(found.area_m2, rel=1e-4)
@@ -39,21 +39,21 @@ def test_a_mesh_has_the_area_of_the_bands(layer, sensor):
 
 def test_the_selected_sensor_has_the_strongest_footprint(layer):
     for is_selected, is_any in ((True, True), (False, True), (False, False)):
-        layer.show([CAMERA], is_selected, is_any, DARK, None, False)
+        layer.show([CAMERA], is_selected, is_any, DARK, EN_62676_4, None, False)
     others = np.asarray(drawn(layer, False)["rgba"])[:, 3].max()
     assert np.asarray(drawn(layer, True)["rgba"])[:, 3].max() > others
-    layer.show([CAMERA], False, True, DARK, None, False)
+    layer.show([CAMERA], False, True, DARK, EN_62676_4, None, False)
     assert np.asarray(drawn(layer, False)["rgba"])[:, 3].max() < others
 
 
 def test_nothing_is_shown_of_no_sensor(layer):
-    layer.show([CAMERA], False, False, DARK, None, False)
-    layer.show([], False, False, DARK, None, False)
+    layer.show([CAMERA], False, False, DARK, EN_62676_4, None, False)
+    layer.show([], False, False, DARK, EN_62676_4, None, False)
     assert not layer._fills[False].visibility and not layer._edges[False].visibility
 
 
 def test_at_rest_the_body_hides_ground(layer):
     low, solid = CAMERA.replace(rpy_deg=(0.0, 20.0, 0.0)), solid_of(Vehicle())
-    layer.show([low], True, True, DARK, solid, False)
+    layer.show([low], True, True, DARK, EN_62676_4, solid, False)
     area = drawn(layer, True).triangulate().compute_cell_sizes()["Area"].sum()
     assert area == pytest.approx(footprint(low, solid=solid).area_m2, rel=1e-4)
