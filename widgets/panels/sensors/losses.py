@@ -90,7 +90,8 @@ def _loss(measure: Figure, change: Estimate, tip: str) -> Loss:
         arrow = "↑" if size > 0.0 else "↓" if size else ""
         return Loss(abs(size), f"{abs(size):.2f}{arrow}", tip)
     lost = -size if measure.better == "more" else size
-    digits = f"{abs(lost):.{decimals_of(measure, change.se)}f}"
+    decimals = 1 if change.se else decimals_of(measure, 0.0)  # one number in a column
+    digits = f"{abs(lost):.{decimals}f}"
     return Loss(max(lost, 0.0), f"{'-' if lost < 0.0 and float(digits) else ''}{digits}", tip)
 
 
