@@ -24,7 +24,7 @@ from riglens.core.reading_time import MAX_RIG_S, ReadingTime
 from riglens.core.rig.yaml.nodes import parse_yaml, plain_value, read_text, shortened, shown_path
 
 YAML = (".yaml", ".yml")
-FOREIGN_ENDINGS = (".json", ".toml", ".urdf", ".xacro", ".sdf", ".xml", ".txt", ".py", ".feather")
+FOREIGN_ENDINGS = (".json", ".toml", ".urdf", ".xacro", ".sdf", ".world", ".xml", ".txt", ".py", ".feather")
 """Of rigs, also those of other programs."""
 MAX_METRES = 1e6
 MAX_ANGLE = 1e6

@@ -154,6 +154,25 @@ def test_models_in_a_model_stand_where_it_has_them(tmp_path: Path) -> None:
         assert has(read.report, "ignored", "included model that is not beside the model's folder", uri)
 
 
+@pytest.mark.parametrize("folder", [".", "models"])
+def test_models_included_in_a_world_are_models_of_it(tmp_path: Path, folder: str) -> None:
+    write_files(tmp_path / folder / "car", {"model.sdf": f"<sdf><model name='car'>{LASER}</model></sdf>"})
+    world = (
+        "<sdf><world name='w'><model name='floor'><link name='l'/></model><include><uri>model://sun</uri></include>"
+        "<include><uri>model://car</uri></include>"
+        "<include><uri>model://car</uri><name>second</name><pose>9 9 0 0 0 1</pose></include></world></sdf>"
+    )
+    file = write_files(tmp_path / "worlds", {"w.world": world}) / "w.world"
+    for token, other in ((None, "second"), ("second", "car")):
+        read = read_rig(file, options=ReadOptions(vehicle=VEHICLE, origin_m=(0.0, 0.0, 0.0), token=token))
+        assert [sensor.position for sensor in read.rig.sensors] == [pytest.approx((0.2, 0.0, 0.1))]
+        assert has(
+            read.report, "ignored", "included model that is not beside the model's folder", "model://sun"
+        )
+        assert has(read.report, "ignored", "another model", other)
+        assert has(read.report, "ignored", "another model", "floor")
+
+
 def test_an_included_model_without_a_place_stands_where_it_says(tmp_path: Path) -> None:
     read = included(
         tmp_path, "<include><uri>spinner</uri></include>", spinner=f"<pose>0 0 1 0 0 0</pose>{LASER}"
