@@ -95,6 +95,12 @@ def detect(source: Source) -> Format:
         found = first_fitting(GROUP, added, lambda format_: format_.fits(source))
     if found is not None:
         return found
+    if _is_clearpath(source):
+        raise InputError(
+            f"{source.where}: a robot.yaml of Clearpath names the mounts of its sensors, not their places: write the "
+            "robot with 'ros2 run clearpath_generator_common generate_description -s FOLDER' and 'xacro "
+            "robot.urdf.xacro -o robot.urdf', and read robot.urdf"
+        )
     if not source.is_folder and source.suffix not in FOREIGN_ENDINGS and not _is_other_yaml(source):
         return RIGLENS
     raise InputError(f"{source.where}: not a rig in a known format (known: {', '.join(readable())})")
@@ -104,6 +110,17 @@ def _is_other_yaml(source: Source) -> bool:
     """Return whether this is a YAML mapping without any field that identifies a rig."""
     own = {"riglens", "vehicle", "sensors", "name"}
     return source.suffix in YAML and source.yaml.is_mapping and not own & source.yaml.raw.keys()
+
+
+def _is_clearpath(source: Source) -> bool:
+    """Return whether this is Clearpath's robot.yaml; its mounts stand where descriptions in ROS packages have them.
+
+    Source: docs.clearpathrobotics.com, Robot YAML: serial_number, version, system, platform, sensors.
+    """
+    if source.is_folder or source.suffix not in YAML or not source.yaml.is_mapping:
+        return False
+    keys = source.yaml.raw.keys()
+    return "serial_number" in keys and bool({"system", "platform", "mounts", "sensors"} & keys)
 
 
 def may_be_foreign(source: Source) -> bool:

@@ -81,6 +81,17 @@ def test_what_is_no_rig_is_refused_in_one_line(tmp_path: Path) -> None:
         open_rig(tmp_path / "b.yaml")
 
 
+def test_a_robot_whose_mounts_are_elsewhere_is_refused_with_the_way_to_its_places(tmp_path: Path) -> None:
+    """Clearpath's robot.yaml: its parents are frames of descriptions in ROS packages."""
+    (tmp_path / "robot.yaml").write_text(
+        "serial_number: a200-0000\nversion: 0\nmounts: {bracket: [{parent: top_plate_mount_d1}]}\nsensors:\n"
+        "  lidar3d: [{model: velodyne_lidar, parent: bracket_0_mount, xyz: [0, 0, 0], rpy: [0, 0, 0]}]\n",
+        encoding="utf-8",
+    )
+    with pytest.raises(InputError, match=r"robot\.yaml: .*generate_description"):
+        open_rig(tmp_path / "robot.yaml")
+
+
 def test_a_missing_file_is_missing_whatever_format_it_would_have(monkeypatch):
     added = replace(FORMATS["urdf"], suffixes=(".mounts",))
     monkeypatch.setattr(exchange, "formats", lambda: {**FORMATS, "mounts": added})
