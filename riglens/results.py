@@ -16,12 +16,14 @@ from riglens.core.blind.zones import HEIGHTS_M, BlindMap
 from riglens.core.engine.audit import RigAudit, SensorAudit, audit_document
 from riglens.core.engine.engine import Evaluation
 from riglens.core.errors import InputError
+from riglens.core.figures.coverage import SEEN
 from riglens.core.figures.documents import evaluation_document, figures_of, objects_document
 from riglens.core.figures.evaluated import Evaluated
 from riglens.core.figures.figure import ALL, Estimate
 from riglens.core.figures.objects import ClassParts, ObjectFigure, Part, parts_by_class, parts_by_sector
-from riglens.core.figures.registry import figure_named, object_figures
+from riglens.core.figures.registry import figure_named, leading_figures, object_figures
 from riglens.core.figures.sentence import changes_of, sentence
+from riglens.core.figures.text import estimate_text
 from riglens.core.figures.weakest import Weakest, weakest_by_class
 from riglens.core.footprint.ground import Footprint
 from riglens.core.metric.entropy import EntropyField
@@ -182,8 +184,10 @@ class RigResult(ByName[ClassResult]):
         return self._evaluated.voxels
 
     def __repr__(self) -> str:
-        seen = ", ".join(f"{name} seen {found.seen:.1%}" for name, found in self.items())
-        return f"<RigResult of {self.rig.name}: {seen}>"
+        shares = [one for one in (*leading_figures(), SEEN) if one.unit == "share"]
+        found = [(one, self.means[one.key]) for one in shares if one.key in self.means]
+        means = ", ".join(f"{one.title} {estimate_text(one, mean)}" for one, mean in found if mean.exists)
+        return f"<RigResult of {self.rig.name}: {means}>"
 
     @property
     def rig(self) -> Rig:

@@ -35,7 +35,7 @@ def example(title: str) -> pytest.MarkDecorator:
 
 def test_the_page_has_these_examples_all_run_here() -> None:
     assert list(EXAMPLES) == [
-        "Score a rig in five lines",
+        "Compare two rigs in five lines",
         "Sweep the height of one sensor",
         "Convert a rig",
         "Points on objects",
@@ -43,12 +43,15 @@ def test_the_page_has_these_examples_all_run_here() -> None:
         "Where the rays go",
         "A picture",
     ]
-    assert len(EXAMPLES["Score a rig in five lines"].splitlines()) == 5
+    assert len(EXAMPLES["Compare two rigs in five lines"].splitlines()) == 5
 
 
-@example("Score a rig in five lines")
-def test_a_score_in_five_lines(output: tuple[Path, str]) -> None:
-    assert re.fullmatch(r"\d\d\.\d% of what is uncertain about cars is seen\n", output[1])
+@example("Compare two rigs in five lines")
+def test_a_comparison_in_five_lines(output: tuple[Path, str]) -> None:
+    rig, predicted, sentence = output[1].splitlines()
+    assert "W+T" in rig and "Predicted AP" in rig
+    assert 0.0 < float(predicted) < 1.0
+    assert "nuScenes car" in sentence
 
 
 @example("Sweep the height of one sensor")
