@@ -36,7 +36,7 @@ from riglens.core.scene.pog import Pog, build_pog
 from riglens.core.scene.statistics import FLOWS, HEIGHT_STEPS, PLACES, SIZE_STEPS, BoxStatistics
 
 FORMAT = 1
-_KEPT = 3
+_KEPT = 4
 """Changes with what the cache must hold: POGs of before lack the statistics of their boxes."""
 _ACCEPTED = "a POG written by 'riglens data build'"
 MAX_HEADER_CHARS = 1 << 25

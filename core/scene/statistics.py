@@ -31,13 +31,22 @@ PLACES = len(SECTORS) * (len(RINGS_M) - 1)
 """Sectors and rings of a class."""
 FLOWS = (
     "ahead along", "ahead across", "beside along", "beside across", "oncoming left", "oncoming right",
-    "lane ahead", "lane back",
+    "lane ahead", "lane back", "row by yaw", "row by yaw reversed",
+    *(f"axes at {angle}°" for angle in range(0, 90, 10)),
 )  # fmt: skip
 """Cars that tell where a road runs: in the lane ahead and behind (within 4 m of the x axis) and beside the car, by
 whether they head along x or across; those that head back in a neighbouring lane (2 to 12 m aside), by side; and those
-in the car's own lane (within 1.5 m of the x axis), by whether they head ahead or back."""
+in the car's own lane (within 1.5 m of the x axis), by whether they head ahead or back; neighbours that head alike, 2 to
+8 m apart and turned to both axes, where the line between them runs along or across their heading as yaw has it, or with
+its sign reversed; and cars within 40 m by the angle of their heading to the nearer axis on its right, in tens of
+degrees."""
+ROWS = slice(8, 10)
+AXES = slice(10, 19)
+"""Places in FLOWS."""
 _LANE_M, _ROAD_M, _OWN_LANE_M = 4.0, 40.0, 1.5
 _NEXT_LANE_M = (2.0, 12.0)
+_IN_ROW_M, _NEIGHBOURS = (2.0, 8.0), 3
+_ALIKE_RAD, _TURNED_RAD, _ON_LINE_RAD = math.radians(6.0), math.radians(10.0), math.radians(5.0)
 
 
 @dataclass(frozen=True)
@@ -126,7 +135,9 @@ class BoxTally:
         bottom_m = (z - rotation[:, 2, 2] * size_m[:, 2] / 2)[near]
         _count(self._bottoms, which[near] * HEIGHT_STEPS + _steps(bottom_m, LOWEST_M, HEIGHT_STEPS))
         _count(self._centres, which[near] * HEIGHT_STEPS + _steps(z[near], LOWEST_M, HEIGHT_STEPS))
-        _count(self._flows, _flows(x, y, rotation[:, :, 0])[which == 0].ravel())
+        cars = which == 0
+        _count(self._flows, _flows(x, y, rotation[:, :, 0])[cars].ravel())
+        _count(self._flows, _rows(frame[cars], centre_m[cars], rotation[cars, :, 0]))
         self._flows.pop(_NO_FLOW, None)
 
     def _note_repeated(
@@ -158,7 +169,7 @@ def _added(tallies: Iterable[Counter[int]]) -> Counter[int]:
 
 
 def _flows(x: NDArray[np.float64], y: NDArray[np.float64], heading: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return the places of boxes in FLOWS (n, 3), _NO_FLOW for none; heading (n, 3): the direction of their length."""
+    """Return the places of boxes in FLOWS but ROWS (n, 4), _NO_FLOW for none; heading (n, 3): along their length."""
     across = np.abs(heading[:, 1]) > np.abs(heading[:, 0])
     along_m, aside_m = np.abs(x), np.abs(y)
     ahead = (aside_m < _LANE_M) & (along_m > _LANE_M) & (along_m < _ROAD_M)
@@ -169,7 +180,35 @@ def _flows(x: NDArray[np.float64], y: NDArray[np.float64], heading: NDArray[np.f
     side = np.where(comes, np.where(y > 0.0, 4, 5), _NO_FLOW)
     own = ~across & ahead & (aside_m < _OWN_LANE_M)
     way = np.where(own, np.where(heading[:, 0] > 0.0, 6, 7), _NO_FLOW)
-    return np.stack([lane, side, way], axis=1).astype(np.int64)
+    tens = np.rint(np.degrees(np.arctan2(heading[:, 1], heading[:, 0])) / 10.0) % 9
+    axes = np.where(np.hypot(x, y) < _ROAD_M, AXES.start + tens, _NO_FLOW)
+    return np.stack([lane, side, way, axes], axis=1).astype(np.int64)
+
+
+def _rows(
+    frame: NDArray[np.int64], centre_m: NDArray[np.float64], heading: NDArray[np.float64]
+) -> NDArray[np.int64]:
+    """Return the places in ROWS of pairs of cars that are neighbours along x; heading (n, 3)."""
+    order = np.lexsort((centre_m[:, 0], frame))
+    frame, place_m = frame[order], centre_m[order, :2]
+    yaw = np.arctan2(heading[order, 1], heading[order, 0])
+    found = [np.zeros(0, np.int64)]
+    for step in range(1, min(_NEIGHBOURS, frame.size - 1) + 1):
+        between_m = place_m[step:] - place_m[:-step]
+        apart_m = np.hypot(between_m[:, 0], between_m[:, 1])
+        is_row = (frame[step:] == frame[:-step]) & (apart_m > _IN_ROW_M[0]) & (apart_m < _IN_ROW_M[1])
+        is_row &= _off_multiples(yaw[step:] - yaw[:-step], math.pi) < _ALIKE_RAD
+        is_row &= _off_multiples(yaw[step:], math.pi / 2) > _TURNED_RAD
+        line = np.arctan2(between_m[:, 1], between_m[:, 0])
+        for place, sign in ((ROWS.start, 1.0), (ROWS.start + 1, -1.0)):
+            fits = is_row & (_off_multiples(line - sign * yaw[step:], math.pi / 2) < _ON_LINE_RAD)
+            found.append(np.full(np.count_nonzero(fits), place))
+    return np.concatenate(found)
+
+
+def _off_multiples(angle_rad: NDArray[np.float64], of_rad: float) -> NDArray[np.float64]:
+    """Return how far angles are from the nearest multiple of one."""
+    return np.abs(angle_rad - of_rad * np.rint(angle_rad / of_rad))
 
 
 def _steps(values_m: NDArray[np.float64], low_m: float, count: int) -> NDArray[np.int64]:

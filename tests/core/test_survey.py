@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.readers import open_boxes
@@ -172,6 +173,10 @@ def road(seed: int = 1, frames: int = 60) -> Boxes:
             rows.append(
                 (frame, 0, (x, y, height / 2 + random.normal(0, 0.03)), size, yaw + random.normal(0, 0.05))
             )
+        begin, slant = random.uniform(10, 20), random.uniform(0.3, 0.6)  # a queue in a side street
+        for place in (begin, begin + 6.0):
+            middle = (place * math.cos(slant) + 5.0, place * math.sin(slant) + 8.0, 0.8)
+            rows.append((frame, 0, middle, (4.5, 1.8, 1.6), slant))
         for _ in range(3):
             height = random.uniform(1.0, 2.0)
             place = (random.uniform(-15, 15), random.choice([-6, 6]) + random.normal(0, 0.3), height / 2)
@@ -185,6 +190,16 @@ def turn(boxes: Boxes, matrix: list[list[float]]) -> Boxes:
     return replace(boxes, centre_m=boxes.centre_m @ axes.T, rotation=axes @ boxes.rotation)
 
 
+def about_z(yaw: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Rotations (n, 3, 3) about z."""
+    c, s, o = np.cos(yaw), np.sin(yaw), np.zeros_like(yaw)
+    return np.moveaxis(np.array([[c, -s, o], [s, c, o], [o, o, o + 1.0]]), 2, 0)
+
+
+def yaw_of(boxes: Boxes) -> NDArray[np.float64]:
+    return np.arctan2(boxes.rotation[:, 1, 0], boxes.rotation[:, 0, 0])
+
+
 SPOILED = {
     "shifted": ("the ground is not at z = 0", lambda b: replace(b, centre_m=b.centre_m - [0.0, 0.0, 2.3])),
     "swapped": ("length and width are swapped", lambda b: replace(b, size_m=b.size_m[:, [1, 0, 2]])),
@@ -196,6 +211,9 @@ SPOILED = {
         "across the road",
         lambda b: replace(b, rotation=b.rotation @ np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])),
     ),
+    "aslant": ("cars stand aslant", lambda b: turn(b, about_z(np.array([math.pi / 6]))[0].tolist())),
+    "yaw aslant": ("cars stand aslant", lambda b: replace(b, rotation=about_z(yaw_of(b) - math.pi / 6))),
+    "yaw reversed": ("cars head against their rows", lambda b: replace(b, rotation=about_z(-yaw_of(b)))),
     "mirrored": ("a y axis that points right", lambda b: turn(b, [[1, 0, 0], [0, -1, 0], [0, 0, 1]])),
     "ahead": (
         "may not cover every side",
@@ -255,8 +273,9 @@ def test_boxes_given_by_their_foot_are_doubted() -> None:
 
 
 @pytest.mark.parametrize(
-    "case", ["shifted", "swapped", "turned", "turned to the right", "turned round", "yaw turned", "mirrored"]
-)
+    "case", ["shifted", "swapped", "turned", "turned to the right", "turned round", "yaw turned", "mirrored", "aslant",
+     "yaw aslant", "yaw reversed"],
+)  # fmt: skip
 @pytest.mark.parametrize("name", ["kitti_tracking_velo", "nuscenes_mini_val_ego"])
 def test_real_boxes_are_doubted_only_where_they_are_spoiled(shared_data: Path, name: str, case: str) -> None:
     path = shared_data / "boxes" / f"{name}.csv.gz"
