@@ -265,13 +265,13 @@ _OTHER = {
 def find_model(words: str, kind: str = "lidar") -> Entry | None:
     """Return the sensor of the library that the words name ("VELO_VLP32C", "Hesai Pandar64"); the longest name wins.
 
-    A name that goes on, as `helios_16p` and `mid_360s` do, is that of another model; a number such as `_1` counts
-    sensors.
+    A name that goes on, as `helios_16p`, `mid_360s` and `os1_64_rev7` do, is that of another model; a number such as
+    `_1` counts sensors.
     """
     runs = _runs_of_words(words)
     entries = default_library().entries(kind)
     exact = [entry for entry in entries if entry.name == words]
-    found = exact or [entry for entry in entries if any(run.endswith(_product(entry)) for run in runs)]
+    found = exact or [entry for entry in entries if any(run.endswith(_products(entry)) for run in runs)]
     if found:
         return max(found, key=lambda entry: len(_product(entry)))
     said = {
@@ -286,7 +286,7 @@ def find_model(words: str, kind: str = "lidar") -> Entry | None:
 def _runs_of_words(text: str) -> list[str]:
     """Return the letters and digits of words that follow each other, up to each that may end the name of a model."""
     words = re.findall(r"[a-z0-9]+", re.sub(r"(?<=[a-z0-9])(?=[A-Z][a-z])", " ", text).lower())
-    goes_on = [bool(re.match(r"[0-9]{2}|[0-9]+[a-z]", word)) for word in [*words[1:], ""]]
+    goes_on = [bool(re.match(r"[0-9]{2}|[0-9]+[a-z]|rev[0-9]", word)) for word in [*words[1:], ""]]
     ends = [place for place, more in enumerate(goes_on, 1) if not more]
     return ["".join(words[start:end]) for end in ends for start in range(max(0, end - _MOST_WORDS), end)]
 
@@ -296,6 +296,13 @@ def _product(entry: Entry) -> str:
     product = re.sub(r"[^a-z0-9]", "", entry.name.partition("-")[2].lower())
     is_telling = len(product) >= 4 and any(letter.isdigit() for letter in product)
     return product if is_telling else "\n"
+
+
+def _products(entry: Entry) -> tuple[str, ...]:
+    """Return the product, alone and with the revision that its title states."""
+    product = _product(entry)
+    revision = re.search(r"\brev[0-9]+", entry.title.lower())
+    return (product,) if revision is None else (product, product + revision[0])
 
 
 def _numbered(base: str, number: int) -> str:

@@ -216,7 +216,9 @@ def test_a_planar_lidar_comes_back_from_osi() -> None:
     assert isinstance(back, Lidar) and back.elevations().tolist() == [0.0]
 
 
-@pytest.mark.parametrize("words", ["helios_16p", "mid_360s", "lidar_top", "helios_32", "navia", "cam1"])
+@pytest.mark.parametrize(
+    "words", ["helios_16p", "mid_360s", "lidar_top", "helios_32", "navia", "cam1", "os1_64_rev7"]
+)
 def test_a_name_that_goes_on_is_not_another_model(words: str) -> None:
     assert find_model(words) is None
 
@@ -230,6 +232,8 @@ def test_a_name_that_goes_on_is_not_another_model(words: str) -> None:
         ("left_puck", "velodyne-vlp-16"),
         ("XT32M2X", "hesai-xt32m"),
         ("os0_64", "ouster-os0-64"),
+        ("os0_64_rev6", "ouster-os0-64"),
+        ("OS1-128 rev7", "ouster-os1-128-rev7"),
         ("velodyne_hdl64", "velodyne-hdl-64e"),
         ("pandar128", "hesai-pandar128e4x"),
         ("ruby_plus", "robosense-ruby-plus"),
