@@ -31,6 +31,7 @@ _SAMPLES_A_M2 = 4000.0
 _MOST_SAMPLES = 400_000
 _UNDERSIDE = -0.35
 _LIFT_M = 0.005
+_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -80,6 +81,8 @@ def skin_spots(
     Points are drawn evenly by area; each one that sees the sky or the road straight ahead of the surface and keeps its
     distance is taken (Poisson-disk sampling by dart throwing).
     """
+    from scipy.spatial import KDTree  # slow to load
+
     solid = solid_of(vehicle)
     corners = solid.triangles_m[np.isin(solid.materials, [MATERIALS.index(name) for name in materials])]
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -96,13 +99,12 @@ def skin_spots(
     normals = (across / double[:, None])[chosen]
     open_ = (points[:, 1] >= 0.0) & (normals[:, 2] > _UNDERSIDE)
     points, normals, spots = points[open_], normals[open_], list[Spot]()
-    every = np.ones(solid.count, np.bool_)
-    while len(points):
-        point, normal, points, normals = points[0], normals[0], points[1:], normals[1:]
-        if _is_free(point, normal, solid.tree, every):
+    every, is_far, around = np.ones(solid.count, np.bool_), np.ones(len(points), np.bool_), KDTree(points)
+    for place, (point, normal) in enumerate(zip(points, normals, strict=True)):
+        if is_far[place] and _is_free(point, normal, solid.tree, every):
             spots.append(Spot(point, normal))
-            is_far = ((points - point) ** 2).sum(axis=1) >= spacing_m**2
-            points, normals = points[is_far], normals[is_far]
+            near = np.array(around.query_ball_point(point, spacing_m * (1.0 + _ROUNDING)))
+            is_far[near[((points[near] - point) ** 2).sum(axis=1) < spacing_m**2]] = False
     return spots
 
 

@@ -110,12 +110,12 @@ def overlaps(half_m: Doubles, triangles_m: Doubles) -> NDArray[np.bool_]:
     Two convex bodies are apart where an axis separates them: one of the box's, the triangle's normal, or the product
     of an axis with an edge (Akenine-Möller, "Fast 3D triangle-box overlap testing", 2001).
     """
-    edges = np.roll(triangles_m, -1, axis=1) - triangles_m
     met = (triangles_m.min(axis=1) <= half_m).all(axis=1) & (triangles_m.max(axis=1) >= -half_m).all(axis=1)
-    axes = [np.cross(edges[:, 0], edges[:, 1])]
-    axes += [np.cross(axis, edges[:, number]) for axis in np.eye(3) for number in range(3)]
-    for axis in axes:
-        along = np.einsum("tck,tk->tc", triangles_m, axis)
-        reach = np.abs(axis) @ half_m
-        met &= (along.min(axis=1) <= reach) & (along.max(axis=1) >= -reach)
+    some = triangles_m[met]
+    edges = np.roll(some, -1, axis=1) - some
+    normals = np.cross(edges[:, 0], edges[:, 1])[:, None]
+    products = np.cross(np.eye(3)[:, None], edges[:, None]).reshape(-1, 9, 3)
+    axes = np.concatenate([normals, products], axis=1)
+    along, reach = np.einsum("tck,tak->tac", some, axes), np.abs(axes) @ half_m
+    met[met] = ((along.min(axis=2) <= reach) & (along.max(axis=2) >= -reach)).all(axis=1)
     return np.asarray(met)
