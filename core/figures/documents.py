@@ -127,8 +127,8 @@ def _rig(counted: Counted, body: Body | None) -> dict[str, Any]:
 def object_figures_json(counted: Counted, with_rings: bool = False) -> dict[str, Any]:
     """Return a rig's figures for objects as plain data, of each class and, if requested, ring by ring."""
     of_kinds, recall = object_figures(_kinds(counted.rig)), counted.settings.recall
-    mean, classes = PREDICTED.estimates(counted, "all", (ALL,))[ALL][0], dict[str, Any]()
-    for name, found in parts_by_class(counted, of_kinds, with_rings).items():
+    mean, classes = PREDICTED.estimates(counted, "all", (ALL,), in_detail=False)[ALL][0], dict[str, Any]()
+    for name, found in parts_by_class(counted, of_kinds, with_rings, in_detail=False).items():
         classes[name] = _class(found.total, of_kinds)
         if with_rings:
             classes[name]["rings"] = [

@@ -99,17 +99,19 @@ class ObjectFigure(Figure):
         return f"the rig has no enabled {' or '.join(titles)}"
 
     def estimates(
-        self, counted: Counted, by: By, rows: Sequence[str] = CLASSES_AND_ALL
+        self, counted: Counted, by: By, rows: Sequence[str] = CLASSES_AND_ALL, in_detail: bool = True
     ) -> dict[str, list[Estimate]]:
-        """Return the figure in each part of some classes, or of `ALL` together."""
+        """Return the figure in each part of some classes, or of `ALL` together; `in_detail`: with its parts by kind
+        and with how far runs of frames move it."""
         lack, calibration = self.lacks(counted), self.calibrated(counted)
         outside = "" if calibration is None else counted.outside(calibration)
         errors = np.zeros(len(CLASSES_AND_ALL)) if calibration is None else calibration.errors
         is_whole = counted.frames_used == counted.frames
         values = self.values(counted)
         table = self._means(counted.groups, by, values)
-        alone = {kind: one.estimates(counted, by, rows) for kind, one in self.parts.items()}
-        runs = self._runs(counted.groups, values) if by == "all" and not self.is_median else None
+        alone = {kind: one.estimates(counted, by, rows) for kind, one in self.parts.items() if in_detail}
+        has_runs = in_detail and by == "all" and not self.is_median
+        runs = self._runs(counted.groups, values) if has_runs else None
         found = {}
         for who in rows:
             row = CLASSES_AND_ALL.index(who)
@@ -171,9 +173,10 @@ class ObjectFigure(Figure):
         return objects, np.where(objects > 0, np.maximum(means, self.least), means), errors
 
     # ------------------------------------------------------------ changes
-    def cells(self, now: Counted, before: Counted, by: By = "all") -> Cells:
+    def cells(self, now: Counted, before: Counted, by: By = "all", in_detail: bool = True) -> Cells:
         """Return the figure of a rig by part, with its change from a baseline in the same frames, object by object.
-        The first row is all classes together."""
+        The first row is all classes together. in_detail: with its parts by kind and the error in other traffic, which
+        is else that of the sample."""
         mine, theirs = self.values(now), self.values(before)
         mine, theirs = np.where(np.isnan(theirs), math.nan, mine), np.where(np.isnan(mine), math.nan, theirs)
         calibration = self.calibrated(now)
@@ -185,13 +188,13 @@ class ObjectFigure(Figure):
         if self.is_median:
             change_se = np.zeros(change.shape)
         traffic_se = change_se
-        if by == "all" and not self.is_median:
+        if in_detail and by == "all" and not self.is_median:
             of_runs = error_of_runs(self._runs(now.groups, mine - theirs))
             traffic_se = np.maximum(change_se, of_runs[:, None])
         value, change = (np.where(objects > 0, one, math.nan) for one in (value, change))
         if calibration is not None:
             se = np.where(objects > 0, np.hypot(se, calibration.errors[:, None]), 0.0)
-        parts = {kind: one.cells(now, before, by) for kind, one in self.parts.items()}
+        parts = {kind: one.cells(now, before, by) for kind, one in self.parts.items() if in_detail}
         return Cells(objects, value, se, change, change_se, traffic_se, parts)
 
 
@@ -248,26 +251,31 @@ class ClassParts:
 
 
 def parts_by_class(
-    counted: Counted, figures: Sequence[ObjectFigure], with_rings: bool = False
+    counted: Counted, figures: Sequence[ObjectFigure], with_rings: bool = False, in_detail: bool = True
 ) -> dict[str, ClassParts]:
-    """Return figures of a rig by class, of all objects and, if requested, by ring of distance."""
+    """Return figures of a rig by class, of all objects and, if requested, by ring of distance; `in_detail` as in
+    `ObjectFigure.estimates`."""
     edges_m = counted.groups.edges_m.tolist()
-    totals = _rows(counted, figures, "all", [(0.0, edges_m[-1])])
-    rings = _rows(counted, figures, "ring", list(pairwise(edges_m))) if with_rings else {}
+    totals = _rows(counted, figures, "all", [(0.0, edges_m[-1])], in_detail)
+    rings = _rows(counted, figures, "ring", list(pairwise(edges_m)), in_detail) if with_rings else {}
     return {name: ClassParts(totals[name][0], tuple(rings.get(name, ()))) for name in CLASSES}
 
 
 def parts_by_sector(counted: Counted, figures: Sequence[ObjectFigure]) -> dict[str, dict[str, Part]]:
     """Return figures of a rig by class and sector, each of all distances."""
-    found = _rows(counted, figures, "sector", [(0.0, counted.within_m)] * len(SECTORS))
+    found = _rows(counted, figures, "sector", [(0.0, counted.within_m)] * len(SECTORS), True)
     return {name: dict(zip(SECTORS, found[name], strict=True)) for name in CLASSES}
 
 
 def _rows(
-    counted: Counted, figures: Sequence[ObjectFigure], by: By, places_m: Sequence[tuple[float, float]]
+    counted: Counted,
+    figures: Sequence[ObjectFigure],
+    by: By,
+    places_m: Sequence[tuple[float, float]],
+    in_detail: bool,
 ) -> dict[str, list[Part]]:
     objects = counted.groups.parts(by).objects
-    columns = {figure.key: figure.estimates(counted, by, CLASSES) for figure in figures}
+    columns = {figure.key: figure.estimates(counted, by, CLASSES, in_detail) for figure in figures}
 
     def parts(row: int, name: str) -> Iterator[Part]:
         for place, (from_m, to_m) in enumerate(places_m):

@@ -35,8 +35,8 @@ def kinds() -> tuple[AnyKind, ...]:
 
 def further_kinds(present: Iterable[str]) -> tuple[AnyKind, ...]:
     """Return the kinds among those present that are neither LiDARs nor cameras: their hits are counted kind by kind."""
-    there = set(present)
-    return tuple(kind for kind in kinds() if kind.name in there and kind not in (LIDAR, CAMERA))
+    there = set(present) - {LIDAR.name, CAMERA.name}
+    return tuple(kind for kind in kinds() if kind.name in there)
 
 
 def shown_kinds(present: Iterable[str]) -> tuple[AnyKind, ...]:

@@ -78,9 +78,9 @@ class Sweeper:
             found |= _flat(score_figures(evaluated.voxels))
         if evaluated.objects is not None:
             found |= _flat(object_figures_json(evaluated.objects)) | dict(self._changes(evaluated))
-        for figure in figures():
-            if figure.needs == "ground" and evaluated.ground is not None:
-                found[figure.key] = figure.of(evaluated, ALL).value
+        if evaluated.ground is not None:
+            of_ground = (figure for figure in figures() if figure.needs == "ground")
+            found |= {figure.key: figure.of(evaluated, ALL).value for figure in of_ground}
         return found
 
     def _evaluated(self, rig: Rig) -> Evaluated:
@@ -98,7 +98,7 @@ class Sweeper:
                 and evaluated.objects is not None
                 and self._of_reference.objects is not None
             ):
-                cells = figure.cells(evaluated.objects, self._of_reference.objects)
+                cells = figure.cells(evaluated.objects, self._of_reference.objects, in_detail=False)
                 for row, name in enumerate(CLASSES, 1):
                     column = f"{name}.{figure.place}"
                     yield f"{column}_change", float(np.nan_to_num(cells.change[row, 0]))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -106,6 +107,17 @@ def test_changes_are_counted_road_user_by_road_user() -> None:
     same = ON_TARGET.cells(now, now)
     assert not np.nan_to_num(same.change).any() and not same.change_se.any()
     assert same.se[0, 0] > 0.0, "a sample still has an error of its own"
+
+
+@pytest.mark.parametrize("figure", FIGURES, ids=lambda figure: figure.key)
+def test_numbers_without_details_are_the_same(figure: ObjectFigure) -> None:
+    now, before = scores(NOW, 11), scores(BEFORE, 11)
+    full, plain = figure.cells(now, before), figure.cells(now, before, in_detail=False)
+    for name in ("objects", "value", "se", "change", "change_se"):
+        assert np.array_equal(getattr(full, name), getattr(plain, name), equal_nan=True)
+    for who, (whole,) in figure.estimates(now, "all").items():
+        (bare,) = figure.estimates(now, "all", in_detail=False)[who]
+        assert replace(whole, parts={}, runs=()) == bare
 
 
 @pytest.mark.parametrize("frames", [None, 11])
