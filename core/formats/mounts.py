@@ -237,6 +237,7 @@ _OTHER_NAMES = {
     "robosense-mx": "mx lidarmx rsmx",
     "robosense-e1": "e1 lidare1 rse1",
     "robosense-e1r": "e1r rse1r",
+    "robosense-emx": "emx emx192 rsemx",
     "robosense-airy": "airy",
     "robosense-bpearl": "bpearl bp",
     "robosense-rs-lidar-16": "rs16",

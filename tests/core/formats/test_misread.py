@@ -217,7 +217,7 @@ def test_a_planar_lidar_comes_back_from_osi() -> None:
 
 
 @pytest.mark.parametrize(
-    "words", ["helios_16p", "mid_360s", "lidar_top", "helios_32", "navia", "cam1", "os1_64_rev7"]
+    "words", ["helios_16p", "mid_360s", "lidar_top", "helios_32", "navia", "cam1", "os1_64_rev7", "ftx140"]
 )
 def test_a_name_that_goes_on_is_not_another_model(words: str) -> None:
     assert find_model(words) is None
@@ -241,6 +241,8 @@ def test_a_name_that_goes_on_is_not_another_model(words: str) -> None:
         ("atx_1", "hesai-atx"),
         ("livox_avia", "livox-avia"),
         ("rs_e1", "robosense-e1"),
+        ("rs_emx", "robosense-emx"),
+        ("FTX180", "hesai-ftx-180"),
         ("RS-LiDAR-M1", "robosense-m1"),
         ("VLP16Front", "velodyne-vlp-16"),
     ],
