@@ -255,9 +255,9 @@ def _aslant(found: Survey) -> Doubt | None:
 
 
 def _yaw_reversed(found: Survey) -> Doubt | None:
-    """Doubt the sign of yaw: cars in a row, or side by side, stand along or across their row."""
+    """Doubt the sign of yaw: cars in a row, or side by side, stand along or across their row; not if all is aslant."""
     right, reversed_ = (found.statistics.flows[place] for place in range(len(FLOWS))[ROWS])
-    if reversed_ < _FEWEST_ROWS or reversed_ < 2 * right:
+    if reversed_ < _FEWEST_ROWS or reversed_ < 2 * right or _aslant(found) is not None:
         return None
     return Doubt(
         f"cars head against their rows ({reversed_:,} pairs of neighbours fit yaw of the other sign, {right:,} this "
