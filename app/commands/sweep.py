@@ -120,8 +120,11 @@ def print_figures(found: Table, out: Path) -> None:
         if np.isnan(values).all():
             continue
         best = int(near_best(name, values).argmax())
-        where = (f"{field} {found[field][best].as_py():g}" for field in header["design"]["fields"])
+        fields = (f"{field} {found[field][best].as_py():g}" for field in header["design"]["fields"])
+        where = ", ".join(fields) or found["rig"][best].as_py()
+        if near_best(name, values, header["noise_floor"][name]).all():
+            where = "all within the noise"
         limits = np.nanmin(values), np.nanmax(values), header["noise_floor"][name]
         row = (better_of(name), *(f"{one:.4f}" for one in limits))
-        printed.add_row(name, *row, visible(", ".join(where) or found["rig"][best].as_py()))
+        printed.add_row(name, *row, visible(where))
     console.print(printed)

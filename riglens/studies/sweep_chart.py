@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
 from riglens.core.shown_text import visible
@@ -22,26 +24,48 @@ if TYPE_CHECKING:
 
 INK, GREY = "#222222", "#6b6b6b"
 STYLES = ("-", "--", "-.", ":")
-NOISE = "band: noise floor (mounts off by 1 mm and 0.01°) + 2 SE of the change from the given rig"
+MOST_COLUMNS = 4
+BAND = "band: noise floor (mounts off by 1 mm and 0.01°) + 2 SE of the change from the given rig"
+MARKS = "rings: within the noise of the best, unless all are"
 
 
 def sweep_figure(table: Table, figures: Sequence[str] = ()) -> Figure:
-    """Draw some figures of a sweep over its one or two fields; raise InputError as `require_drawable`."""
+    """Draw some figures of a sweep over its one or two fields, a panel for each; curves of classes share the panel of
+    their figure. Raise InputError as `require_drawable`."""
     header = header_of(table)
     require_drawable(header, figures)
     fields, names = header["design"]["fields"], list(figures) or main_figures(table)
+    panels = {name: [name] for name in names}
+    if len(fields) == 1:
+        panels = {_measure(name): [one for one in names if _measure(one) == _measure(name)] for name in names}
+    rows = math.ceil(len(panels) / MOST_COLUMNS)
+    columns = math.ceil(len(panels) / rows)
+    size = (7.2, 4.6) if (len(fields), len(panels)) == (1, 1) else (4.4 * columns + 0.4, 4.0 * rows + 0.6)
     with mpl.rc_context({"font.size": 9.5, "text.parse_math": False}):
-        figure = Figure(figsize=(7.2, 4.6) if len(fields) == 1 else (4.4 * len(names) + 0.4, 4.4), dpi=110)
+        figure = Figure(figsize=size, dpi=110)
         FigureCanvasAgg(figure)
         figure.set_layout_engine("constrained")
         rigs = ", ".join(dict.fromkeys(visible(one["name"]) for one in header["rigs"]))
         figure.suptitle(f"{rigs}: {len(table):,} rigs", color=INK)
-        if len(fields) == 1:
-            _draw_curves(figure.add_subplot(), table, header, names)
-        else:
-            for axes, name in zip(figure.subplots(1, len(names), squeeze=False)[0], names, strict=True):
-                _draw_map(figure, axes, table, header, name)
+        for place, (title, shown) in enumerate(panels.items(), 1):
+            axes = figure.add_subplot(rows, columns, place)
+            if len(fields) == 1:
+                _draw_curves(axes, table, header, shown)
+            else:
+                _draw_map(figure, axes, table, header, title)
+            better = better_of(shown[0])
+            axes.set_title(
+                title if better == "neither" else f"{title}: {better} is better", fontsize=9, color=INK
+            )
+        band = f"{BAND}; " if len(fields) == 1 else ""
+        figure.supxlabel(f"{band}{MARKS}", fontsize=8, color=GREY)
     return figure
+
+
+def _measure(column: str) -> str:
+    """Return the name of a column without its class."""
+    first, _, rest = column.partition(".")
+    return rest if first in CLASS_COLOURS else column
 
 
 def require_drawable(header: Mapping[str, Any], figures: Sequence[str]) -> None:
@@ -62,6 +86,7 @@ def _draw_curves(axes: Axes, table: Table, header: dict[str, Any], names: Sequen
     for number, name in enumerate(names):
         colour = CLASS_COLOURS.get(name.partition(".")[0], f"C{number}")
         value, noise = doubles(table, name), _noise(table, header, name)
+        near = near_best(name, value, noise)
         for rig, known in enumerate(header["rigs"]):
             own = np.arange(rig * rows, (rig + 1) * rows)
             own = own[np.argsort(place[own], kind="stable")]
@@ -72,17 +97,17 @@ def _draw_curves(axes: Axes, table: Table, header: dict[str, Any], names: Sequen
             axes.fill_between(
                 place[own], value[own] - noise[own], value[own] + noise[own], color=colour, alpha=0.18, lw=0
             )
+        _ring(axes, place, value, near)
     axes.set_xlabel(_title(field, unit), color=INK)
     axes.grid(True, color="#dddddd", lw=0.6)
     axes.spines[["top", "right"]].set_visible(False)
     axes.legend(loc="best", fontsize=8, frameon=False)
-    axes.set_title(NOISE, fontsize=8, color=GREY, loc="left")
 
 
 def _draw_map(figure: Figure, axes: Axes, table: Table, header: dict[str, Any], name: str) -> None:
     (x_name, x_unit), (y_name, y_unit) = header["design"]["fields"].items()
     x, y, value = (doubles(table, one) for one in (x_name, y_name, name))
-    near, better = near_best(name, value, _noise(table, header, name)), better_of(name)
+    near = near_best(name, value, _noise(table, header, name))
     xs, ys = np.unique(x), np.unique(y)
     if header["design"]["kind"] == "grid" and min(len(xs), len(ys)) > 1:
         order = np.lexsort((x, y))
@@ -90,12 +115,16 @@ def _draw_map(figure: Figure, axes: Axes, table: Table, header: dict[str, Any], 
         drawn: ScalarMappable = axes.pcolormesh(xs, ys, shaped, shading="nearest", cmap="viridis")
     else:
         drawn = axes.scatter(x, y, c=value, cmap="viridis", s=22)
-    axes.scatter(x[near], y[near], s=60, facecolors="none", edgecolors="#e11d48", linewidths=1.6)
-    figure.colorbar(drawn, ax=axes, location="bottom", shrink=0.9)
+    _ring(axes, x, y, near)
+    figure.colorbar(drawn, ax=axes, location="right")
     axes.set_xlabel(_title(x_name, x_unit), color=INK)
     axes.set_ylabel(_title(y_name, y_unit), color=INK)
-    marked = "" if better == "neither" else f", {better} is better\nmarked: within the noise of the best"
-    axes.set_title(f"{name}{marked}", fontsize=8.5, color=INK)
+
+
+def _ring(axes: Axes, x: Doubles, y: Doubles, near: NDArray[np.bool_]) -> None:
+    """Draw rings around some points; none where that is all of them."""
+    some = near & ~near.all()
+    axes.scatter(x[some], y[some], s=60, facecolors="none", edgecolors="#e11d48", linewidths=1.6, zorder=3)
 
 
 def _noise(table: Table, header: Mapping[str, Any], name: str) -> Doubles:

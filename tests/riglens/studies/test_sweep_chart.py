@@ -48,6 +48,22 @@ def test_rigs_have_curves_of_their_own():
     assert [len(line.get_xdata()) for line in axes.lines] == [2, 2]
 
 
+def test_each_figure_has_a_panel_that_says_its_direction_and_rings_what_is_best():
+    header = header_of(made({"top.z": [1.0, 2.0, 3.0]}, "table"))
+    columns = {
+        "car.neither": [0.3, 0.1, 0.2],
+        "bicycle.neither": [0.1, 0.3, 0.2],
+        "blind_m2": [7.0, 7.1, 7.2],
+    }
+    header["noise_floor"] = {"car.neither": 0.01, "bicycle.neither": 0.01, "blind_m2": 0.5}
+    table = joined([pa.table({"top.z": [1.0, 2.0, 3.0], **columns})], header)
+    missed, blind = sweep_figure(table, list(columns)).axes
+    assert [len(missed.lines), len(blind.lines)] == [2, 1]
+    assert all("less" in axes.get_title() for axes in (missed, blind))
+    rings = [one.get_offsets().tolist() for axes in (missed, blind) for one in axes.collections[1::2]]
+    assert rings == [[[2.0, 0.1]], [[1.0, 0.1]], []]
+
+
 @pytest.mark.parametrize("kind", ["grid", "sobol"])
 def test_maps_of_two_fields_hold_every_rig(kind):
     x, y = np.meshgrid([1.0, 2.0, 3.0], [10.0, 20.0])
