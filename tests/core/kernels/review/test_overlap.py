@@ -124,3 +124,12 @@ def test_a_cone_that_a_ray_is_outside_of_spares_the_test() -> None:
     counts = np.zeros((1, 2), np.int64)
     count_on_cylinders(rays_to((1.0, 0.0, 0.0)), POST, np.array([[0.0, 1.0, 0.0, 0.5]]), counts)
     assert not counts.any()
+
+
+def test_a_cone_leans_with_what_lies_above_or_below() -> None:
+    slope = math.sqrt(0.5)
+    for up in (slope, -slope):
+        post = np.array([[5.0, 0.0, 0.5, *sorted((8.0 * up, 6.0 * up))]])
+        counts = np.zeros((1, 2), np.int64)
+        count_on_cylinders(rays_to((slope, 0.0, up)), post, np.array([[slope, 0.0, up, 0.9]]), counts)
+        assert counts[0].tolist() == [1, 1]
