@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Callable
 from typing import Any
 
 import numba
 import numpy as np
+import pytest
 
 from riglens.core.kernels.runtime.linked import KernelDispatcher
 
@@ -55,3 +57,12 @@ def test_functions_of_others_are_compiled_as_ever() -> None:
     twice = numba.njit(lambda x: theirs(x) * 2)
     assert (twice(4), theirs(4), half(4)) == (6.0, 3.0, 2.0)
     assert not any(hasattr(made.library, "is_only_linked") for made in theirs.overloads.values())
+
+
+def test_cycles_are_collected_as_often_as_before_once_a_kernel_is_compiled() -> None:
+    before = gc.get_threshold()
+    assert _dispatcher(_half)(8) == 4.0
+    assert gc.get_threshold() == before
+    with pytest.raises(numba.TypingError):
+        _dispatcher(lambda x: x.nothing)(8)
+    assert gc.get_threshold() == before
