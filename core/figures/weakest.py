@@ -27,7 +27,7 @@ Found = tuple[NDArray[np.int64], NDArray[np.float64]]
 @dataclass(frozen=True)
 class Weakest:
     """The worst class of `ALL` and the worst sector, each with its value, and the distance from which on a share is
-    worse than one half in every ring, 0 for everywhere; None where there is none."""
+    worse than one half in every ring, 0 if in all of them; None if in none."""
 
     cls: tuple[str, float] | None = None
     sector: tuple[str, float] | None = None

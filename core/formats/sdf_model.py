@@ -71,7 +71,7 @@ class _Library:
                 yield include, found
 
     def _model_of(self, uri: str) -> Element | None:
-        """Return the model that a URI names, None where it is not there."""
+        """Return the model that a URI names, None if it is missing."""
         named = _IN_FOLDER.fullmatch(uri)
         if named is None or self._included >= MAX_INCLUDED:
             return None

@@ -74,7 +74,7 @@ _AHEAD: Matrix = se3(np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.
 
 
 def _second(root: Value, first: str, mounting: Mounting) -> Matrix | None:
-    """Return the pose of the second camera in the first, None where there is none, as for a depth camera."""
+    """Return the pose of the second camera in the first; None for a single or a depth camera."""
     found = next((root.item(key) for key in _TO_FIRST if key in root), None)
     if found is not None:
         return _upper_rows(found, mounting)

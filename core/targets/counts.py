@@ -130,7 +130,7 @@ def _enough(kind_name: str) -> float:
 @dataclass(frozen=True, eq=False)
 class Counted:
     """The objects of some frames of the sampling order with the hits of a rig's enabled sensors on them; losses: what
-    hides them from cameras, None where that was not requested."""
+    hides them from cameras; None unless requested."""
 
     rig: Rig
     settings: TargetSettings

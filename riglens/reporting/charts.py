@@ -33,7 +33,7 @@ FEW_OBJECTS, NOTED = 100, 0.04
 
 
 def estimate_of(document: Figures | None) -> Estimate:
-    """Return an estimate from its document; none where there is no document."""
+    """Return an estimate from its document; an estimate without a value if there is no document."""
     if document is None or document["value"] is None:
         return Estimate.none("" if document is None else document["reason"] or "")
     return Estimate(

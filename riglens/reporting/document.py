@@ -79,7 +79,7 @@ def document_of(plan: ReportPlan, report: Report) -> ReportDocument:
 
 
 def _picture_of(rig: Rig) -> CarPicture | None:
-    """Return a picture of a rig's car; None where the libraries that draw it are missing."""
+    """Return a picture of a rig's car; None without graphics libraries."""
     from riglens.rendering.display import prepare_drawing
     from riglens.rendering.system_libraries import MissingLibraries
 

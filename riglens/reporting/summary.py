@@ -75,7 +75,7 @@ class Leading(NamedTuple):
 
 
 class Card(NamedTuple):
-    """One of the three worst: what it is with the place of its figure, and a drawing; None where nothing is wrong."""
+    """One of the three worst: what it is with the place of its figure, and a drawing; None if nothing is wrong."""
 
     found: Found | None
     drawing: Drawing | None

@@ -32,7 +32,7 @@ from riglens.studies.files import csv_text, require_folder
 NAMES = ("predicted-detection.csv", "predicted-detection-cells.csv", "study.yaml", "recall.yaml")
 _DIGITS = 4
 CHANGES = (0.0, 1.0, 2.0, 3.0, 5.0, 10.0)
-"""Sizes of changes that are told apart, points of mAP."""
+"""Sizes by which changes are grouped, points of mAP."""
 
 
 def study(detection: Path, recall: Path | None, out: Path, monitor: Monitor) -> list[Block]:

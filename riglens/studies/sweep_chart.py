@@ -122,7 +122,7 @@ def _draw_map(figure: Figure, axes: Axes, table: Table, header: dict[str, Any], 
 
 
 def _ring(axes: Axes, x: Doubles, y: Doubles, near: NDArray[np.bool_]) -> None:
-    """Draw rings around some points; none where that is all of them."""
+    """Draw rings around the points that are near, unless all of them are."""
     some = near & ~near.all()
     axes.scatter(x[some], y[some], s=60, facecolors="none", edgecolors="#e11d48", linewidths=1.6, zorder=3)
 

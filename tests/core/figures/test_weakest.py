@@ -1,4 +1,4 @@
-"""Where figures of objects are worst, against a search through the objects one by one."""
+"""Figures of objects are worst where a search through the objects one by one finds it."""
 
 import json
 
