@@ -8,13 +8,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import accumulate
 from pathlib import Path
-
-from tools.drawing import GREY, RED, Drawing
+from xml.sax.saxutils import escape
 
 TARGET = Path("docs/images/house.svg")
 WIDTH, MARGIN, LABEL_WIDTH, GAP = 1120, 16, 150, 10
 ROOM_HEIGHT, FLOOR_PAD = 54, 12
-WHITE = "#ffffff"
+WHITE, INK, GREY, FAINT, PAPER, RED = "#ffffff", "#1f2933", "#5f6b76", "#c3cbd3", "#fbfcfd", "#c62828"
 
 
 @dataclass(frozen=True)
@@ -117,6 +116,42 @@ HOUSE = (
 )
 
 
+class Drawing:
+    """Shapes on a light card of their own, which is legible on a light page and on a dark one."""
+
+    def __init__(self, width: int, height: int, title: str) -> None:
+        card = f'<rect x="1" y="1" width="{width - 2}" height="{height - 2}" rx="8" fill="{PAPER}" stroke="{FAINT}"/>'
+        self._parts = [
+            f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" '
+            f'height="{height}" font-family="DejaVu Sans, Verdana, sans-serif">',
+            f"<title>{escape(title)}</title>",
+            card,
+        ]
+
+    def text(self, x: float, y: float, words: str, size: int, colour: str = INK, at: str = "start") -> None:
+        """Write a line; bold where it starts with an asterisk."""
+        weight = ' font-weight="bold"' if words.startswith("*") else ""
+        style = f'font-size="{size}" fill="{colour}" text-anchor="{at}"{weight}'
+        self._parts.append(f'<text x="{x:.1f}" y="{y:.1f}" {style}>{escape(words.lstrip("*"))}</text>')
+
+    def box(
+        self, x: float, y: float, width: float, height: float, fill: str, stroke: str, radius: int
+    ) -> None:
+        """Draw a rectangle with round corners."""
+        self._parts.append(
+            f'<rect x="{x:.1f}" y="{y:.1f}" width="{width:.1f}" height="{height:.1f}" rx="{radius}" fill="{fill}" '
+            f'stroke="{stroke}"/>'
+        )
+
+    def dot(self, x: float, y: float, radius: int) -> None:
+        """Draw a red disc."""
+        self._parts.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{radius}" fill="{RED}" stroke="none"/>')
+
+    def svg(self) -> str:
+        """Return the file's text."""
+        return "\n".join([*self._parts, "</svg>"]) + "\n"
+
+
 def room(d: Drawing, x: float, y: float, width: float, it: Room) -> None:
     """Draw a room with its name and purpose, and its number on the path of a drag."""
     middle = x + width / 2
@@ -125,7 +160,7 @@ def room(d: Drawing, x: float, y: float, width: float, it: Room) -> None:
         d.text(middle, y + 23, f"*{it.name}", 15, at="middle")
     d.text(middle, y + (42 if it.name else 32), it.words, 12, GREY, "middle")
     if it.stop is not None:
-        d.dot(x + 18, y + 18, 11, RED)
+        d.dot(x + 18, y + 18, 11)
         d.text(x + 18, y + 22.5, f"*{it.stop}", 13, WHITE, "middle")
 
 
