@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 from threading import Event
-from typing import TypeVar, cast
+from typing import NamedTuple, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -97,20 +97,24 @@ def hit_shares() -> Doubles:
     return np.tile(1.0 - np.exp(-np.arange(MOST_CELLS + 1) / CELLS_SCALE), (len(CLASSES), 1))
 
 
-class ObjectMaker(Maker[C]):
-    """Maker that casts sensors into traffic and finds what they cover of the objects in its first frames that count."""
+class Objects(NamedTuple):
+    """Objects in the first frames of traffic, how they are counted, the car's body, and their weights."""
 
-    def __init__(
-        self,
-        traffic: Traffic,
-        frames: int,
-        settings: TargetSettings,
-        solid: Solid | None,
-        workers: int,
-        weights: Weights,
-    ) -> None:
-        self._traffic, self._frames, self._solid, self._workers = traffic, frames, solid, workers
-        self._settings, self._weights = replace(settings, min_points=1, calibration=None), weights
+    traffic: Traffic
+    frames: int
+    settings: TargetSettings
+    solid: Solid | None
+    workers: int
+    weights: Weights
+
+
+class ObjectMaker(Maker[C]):
+    """Maker that casts sensors into traffic and finds what they cover of the objects that count."""
+
+    def __init__(self, objects: Objects) -> None:
+        traffic, frames, settings, self._solid, workers, weights = objects
+        self._traffic, self._frames, self._workers = traffic, frames, workers
+        self._settings = replace(settings, min_points=1, calibration=None)
         self._caster, self._serial = TargetCaster(traffic, workers), TargetCaster(traffic)
         self._box = np.flatnonzero(traffic.counts[: traffic.starts[frames]])
         self._cls, self._ring = traffic.cls[self._box], weights.at(traffic.distance_m[self._box])
@@ -160,19 +164,10 @@ class ObjectTableMaker(ObjectMaker[Cells], TableMaker):
     shares: worth of an object by class and number of cells, (classes, most + 1).
     """
 
-    def __init__(
-        self,
-        traffic: Traffic,
-        frames: int,
-        settings: TargetSettings,
-        solid: Solid | None,
-        workers: int,
-        weights: Weights,
-        shares: Doubles,
-    ) -> None:
-        ObjectMaker.__init__(self, traffic, frames, settings, solid, workers, weights)
-        worth = worth_of(shares, self._cls, self._ring, weights)
-        TableMaker.__init__(self, self._numbers(), *worth, workers)
+    def __init__(self, objects: Objects, shares: Doubles) -> None:
+        ObjectMaker.__init__(self, objects)
+        worth = worth_of(shares, self._cls, self._ring, objects.weights)
+        TableMaker.__init__(self, self._numbers(), *worth, objects.workers)
 
     @abstractmethod
     def _numbers(self) -> int:
@@ -207,20 +202,11 @@ class CameraTableMaker(ObjectTableMaker):
 class FusedMaker(ObjectMaker[Hits]):
     """Table maker of the chance that objects are found: by points or cells of all LiDARs, and by each other sensor."""
 
-    def __init__(
-        self,
-        traffic: Traffic,
-        frames: int,
-        settings: TargetSettings,
-        solid: Solid | None,
-        workers: int,
-        weights: Weights,
-        chances: Chances,
-    ) -> None:
-        super().__init__(traffic, frames, settings, solid, workers, weights)
-        self._chances, self._space = chances, CellSpace(traffic, frames)
-        ring = np.where(chances.counts(traffic, self._box), self._ring, 0.0)
-        total, by_class = np.bincount(self._cls, ring, len(CLASSES)), weights.by_class
+    def __init__(self, objects: Objects, chances: Chances) -> None:
+        super().__init__(objects)
+        self._chances, self._space = chances, CellSpace(self._traffic, self._frames)
+        ring = np.where(chances.counts(self._traffic, self._box), self._ring, 0.0)
+        total, by_class = np.bincount(self._cls, ring, len(CLASSES)), objects.weights.by_class
         there = float(by_class[total > 0.0].sum()) or 1.0
         share = by_class / np.where(total > 0.0, total, 1.0) / there
         self._weight = UNIT * ring * (share * np.nan_to_num(chances.scale))[self._cls]
@@ -277,9 +263,9 @@ def maker_of(problem: Problem, workers: int) -> Maker[Cells] | Maker[Hits] | Non
     if tables in ("voxels", "entropies"):
         assert problem.voxels is not None
         return SeenTableMaker(problem.voxels, solid, workers, problem.weights, tables == "entropies")
-    of_objects = (problem.traffic, problem.frames, problem.settings, solid, workers, problem.weights)
+    objects = Objects(problem.traffic, problem.frames, problem.settings, solid, workers, problem.weights)
     if tables == "heights":
-        return CameraTableMaker(*of_objects, np.tile([0.0, 1.0], (len(CLASSES), 1)))
+        return CameraTableMaker(objects, np.tile([0.0, 1.0], (len(CLASSES), 1)))
     if tables == "chances":
-        return FusedMaker(*of_objects, Chances.of(problem.goal.figure, problem.settings))
-    return HitTableMaker(*of_objects, hit_shares())
+        return FusedMaker(objects, Chances.of(problem.goal.figure, problem.settings))
+    return HitTableMaker(objects, hit_shares())

@@ -14,7 +14,7 @@ import numpy as np
 from riglens.core.optimise.additions import Additions
 from riglens.core.optimise.bounds import branch_and_bound
 from riglens.core.optimise.candidates import candidates, conflicts, rules_for
-from riglens.core.optimise.object_makers import HitTableMaker, hit_shares
+from riglens.core.optimise.object_makers import HitTableMaker, Objects, hit_shares
 from riglens.core.optimise.problem import Problem
 from riglens.core.optimise.run import optimise, skin_gains
 from riglens.core.optimise.search import Limits, search
@@ -87,7 +87,9 @@ def test_all_mounts_and_a_sweep_of_their_gains(bars: list[Bar], rounds: int) -> 
 def test_three_mounts_proven(bars: list[Bar]) -> None:
     rig, added = Rig(), Additions(("generic-16",), 3, mirrored=False)
     listed, settings = candidates(rig, added), TargetSettings(body="blocks")
-    maker = HitTableMaker(_traffic(), 100, settings, solid_of(rig.vehicle), THREADS, EVEN, hit_shares())
+    maker = HitTableMaker(
+        Objects(_traffic(), 100, settings, solid_of(rig.vehicle), THREADS, EVEN), hit_shares()
+    )
     table = maker.table(np.zeros(0, np.int32), list(maker.each([one.sensors for one in listed])))
     apart = conflicts(listed, rig, rules_for(rig, added.rules))
     limits, start = Limits(3, np.ones(len(listed)), np.inf, apart), time.perf_counter()

@@ -6,7 +6,7 @@ import pytest
 from riglens.core.optimise.additions import Additions
 from riglens.core.optimise.bounds import branch_and_bound, fractional_bound
 from riglens.core.optimise.candidates import candidates, conflicts, rules_for
-from riglens.core.optimise.object_makers import HitTableMaker, hit_shares
+from riglens.core.optimise.object_makers import HitTableMaker, Objects, hit_shares
 from riglens.core.optimise.search import Limits, search
 from riglens.core.optimise.tables import CoverTable
 from riglens.core.optimise.weights import EVEN
@@ -27,7 +27,7 @@ def skin() -> tuple[CoverTable, Limits]:
     listed = candidates(rig, added)
     settings = TargetSettings(body="blocks")
     maker = HitTableMaker(
-        read_traffic(bundled_source()), 30, settings, solid_of(rig.vehicle), 2, EVEN, hit_shares()
+        Objects(read_traffic(bundled_source()), 30, settings, solid_of(rig.vehicle), 2, EVEN), hit_shares()
     )
     table = maker.table(np.zeros(0, np.int32), [maker.cells_of(one.sensors) for one in listed])
     apart = conflicts(listed, rig, rules_for(rig, added.rules))
