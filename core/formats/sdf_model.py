@@ -52,12 +52,13 @@ def read(source: Source, mounting: Mounting) -> Rig:
 
 
 class _Library:
-    """The models around a file, which it may include."""
+    """The models around a file, which it may include; `missing` are the URIs that name none of them."""
 
     def __init__(self, source: Source, notes: Notes) -> None:
         self._source, self._notes = source, notes
         self._around = source.path.parent.resolve().parent
         self._included = 0
+        self.missing = list[str]()
 
     def included(self, holder: Element) -> Iterator[tuple[Element, Element]]:
         """Yield each <include> of a model or world with its model; those that are not there are reported."""
@@ -66,6 +67,7 @@ class _Library:
             said = shortened("?" if uri is None else uri.text.strip(), 60)
             found = self._model_of(said)
             if found is None:
+                self.missing.append(said)
                 self._notes.ignored("included model that is not beside the model's folder", said)
             else:
                 yield include, found
@@ -147,6 +149,11 @@ def _chosen(root: Element, library: _Library, mounting: Mounting) -> tuple[str, 
     token = mounting.options.token
     fitting = [(name, model) for name, model in models if token in (None, name)]
     some = [one for one in fitting if any(part.tag in ("sensor", "include") for part in one[1].walk())]
+    if not models and library.missing:
+        raise InputError(
+            f"{mounting.where}: include: uri: must name a model in the folder above the file's, as NAME/model.sdf "
+            f"(got '{library.missing[0]}')"
+        )
     if not fitting:
         known = shortened(", ".join(name for name, _ in models), 120) or "none"
         raise InputError(f"{mounting.where}: token: must be the name of a model (known: {known})")

@@ -173,6 +173,14 @@ def test_models_included_in_a_world_are_models_of_it(tmp_path: Path, folder: str
         assert has(read.report, "ignored", "another model", "floor")
 
 
+def test_a_world_whose_models_are_all_missing_names_the_first(tmp_path: Path) -> None:
+    file = write_files(
+        tmp_path, {"w.world": "<sdf><world><include><uri>model://car</uri></include></world></sdf>"}
+    )
+    with pytest.raises(InputError, match=r"w\.world: include: uri: .*model://car"):
+        read_rig(file / "w.world")
+
+
 def test_an_included_model_without_a_place_stands_where_it_says(tmp_path: Path) -> None:
     read = included(
         tmp_path, "<include><uri>spinner</uri></include>", spinner=f"<pose>0 0 1 0 0 0</pose>{LASER}"
