@@ -96,6 +96,12 @@ def test_each_moves_with_the_sensors_that_it_counts_and_with_no_other(
             assert any(changes) == (sensor.kind in COUNTED[figure.key]), (sensor.name, figure.key)
 
 
+def test_a_rig_is_compared_with_the_first_of_several_with_its_name(evaluator: Evaluator) -> None:
+    found = [evaluator(Rig(name="van", sensors=sensors)) for sensors in RIGS.values()]
+    _, *others = evaluation_document(FIELD, PAPER_SETTINGS, found)["rigs"]
+    assert len(others) == len(RIGS) - 1 and all("van (1)" in one["against_first"] for one in others)
+
+
 @pytest.mark.parametrize("name", RIGS)
 def test_window_terminal_python_json_and_sweeps_show_the_same(name: str, evaluator: Evaluator) -> None:
     rig = Rig(name=name, sensors=RIGS[name])

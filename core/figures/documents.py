@@ -22,6 +22,7 @@ from riglens.core.rig.model import FORMAT_VERSION, Rig
 from riglens.core.rig.yaml.file import identity_of
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.survey import notes_on
+from riglens.core.shown_text import numbered
 from riglens.core.targets.counts import Counted
 
 
@@ -32,9 +33,10 @@ def evaluation_document(
     on which figures rest where they were counted."""
     voxels = [one.voxels for one in rigs if one.voxels is not None]
     document = voxels_document(field, settings, voxels)
+    first = numbered([one.rig.name for one in rigs])[0]
     for written, one in zip(document["rigs"], rigs, strict=True):
         if one is not rigs[0]:
-            written["against_first"] = sentence(changes_of(one, rigs[0]), rigs[0].rig.name)
+            written["against_first"] = sentence(changes_of(one, rigs[0]), first)
         written["figures"] = _written(one, ALL, figures_of(one))
         of_class = [each for each in figures_of(one) if each.per_class]
         for name in CLASSES:
