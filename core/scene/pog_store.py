@@ -15,6 +15,7 @@ import zipfile
 from collections import Counter
 from collections.abc import Collection, Mapping
 from dataclasses import replace
+from io import BytesIO
 from pathlib import Path
 from typing import IO, Annotated, Any
 
@@ -85,11 +86,14 @@ def write_pog(pog: Pog, file: IO[bytes], level: int = 6) -> None:
         "words": pog.index.words,
         "counts": pog.counts,
     }
-    # what numpy.savez_compressed does, which leaves no choice of the level
-    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=level) as archive:
+    # what numpy.savez_compressed does, which leaves no choice of the level; in memory, since an archive that is
+    # interrupted ends itself when it is collected, and a file would be closed by then
+    packed = BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED, compresslevel=level) as archive:
         for name, array in arrays.items():
             with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
                 np.lib.format.write_array(member, array, allow_pickle=False)
+    file.write(packed.getbuffer())
 
 
 def load_pog(path: Path | str) -> Pog:

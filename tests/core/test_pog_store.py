@@ -1,12 +1,15 @@
 """POG files come back as they were, damaged ones are refused, and the cache heals itself."""
 
+import gc
 import io
 import os
 import pickle
 import stat
+import sys
 import zipfile
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -146,6 +149,24 @@ def test_an_unwritable_place_is_refused_and_nothing_is_left(pog: Pog, tmp_path: 
     with pytest.raises(InputError, match="cannot be written"):
         save_pog(pog, tmp_path)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_an_interruption_between_two_arrays_leaves_neither_a_file_nor_an_archive_that_complains(
+    pog: Pog, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(archive: zipfile.ZipFile, *words: Any, **options: Any) -> None:
+        member = opened(archive, *words, **options)
+        members.append(member)
+        raise KeyboardInterrupt
+
+    opened, members, lost = zipfile.ZipFile.open, [], []
+    monkeypatch.setattr(zipfile.ZipFile, "open", interrupted)
+    monkeypatch.setattr(sys, "unraisablehook", lambda told: lost.append(told.exc_value))
+    with pytest.raises((KeyboardInterrupt, ValueError)):
+        save_pog(pog, tmp_path / "x.npz")
+    members.clear()
+    gc.collect()
+    assert lost == [] and list(tmp_path.iterdir()) == []
 
 
 class Counting(Boxes):

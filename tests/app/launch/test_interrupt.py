@@ -128,9 +128,11 @@ def test_ctrl_c_while_the_commands_are_loaded_is_one_line(number, monkeypatch, c
 
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
 def test_a_signal_after_the_work_keeps_the_exit_code(name):
-    late = f"import atexit, os, signal; atexit.register(os.kill, os.getpid(), signal.{name})"
-    run = "from riglens.app.commands import main; raise SystemExit(main(['list', 'rigs']))"
-    done = subprocess.run([sys.executable, "-c", f"{late}; {run}"], capture_output=True, timeout=TIMEOUT_S)
+    run = (
+        "import os, signal, sys; from riglens.app.commands import main; sys.argv[1:] = ['list', 'rigs'];"
+        f"code = main(); os.kill(os.getpid(), signal.{name}); raise SystemExit(code)"
+    )
+    done = subprocess.run([sys.executable, "-c", run], capture_output=True, timeout=TIMEOUT_S)
     assert (done.returncode, done.stderr) == (0, b"") and b"W+T" in done.stdout
 
 
