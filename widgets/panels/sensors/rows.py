@@ -47,7 +47,8 @@ WIDTHS_PX = {TYPE: 50, LOSS: 92, LOCK: 22, EYE: 24}
 _FIXED_FLAGS = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
 _EDIT_FLAGS = _FIXED_FLAGS | Qt.ItemFlag.ItemIsEditable | Qt.ItemFlag.ItemIsUserCheckable
 FAILED = "failed"
-FAILED_TIP = "Failed: all figures are those without it. The rig itself is unchanged."
+_FAILED = Loss(None, FAILED, "Failed: all figures are those without it. The rig itself is unchanged.")
+_DISABLED = Loss(None, "", "Disabled: no loss")
 CHOICE_TIP = "Click to choose the measure."
 TIPS = (
     "Tick: included in the scores. F2 or double-click: rename. Ctrl and Shift select several.",
@@ -184,20 +185,19 @@ def show_sensor(row: QTreeWidgetItem, sensor: Sensor, state: RowState) -> None:
     bright = tones().text if is_bright else tones().muted
     row.setForeground(NAME, QBrush(QColor(bright)))
     row.setForeground(TYPE, QBrush(QColor(tones().muted)))
-    _show_failed(row, state.is_failed)
-    if not sensor.enabled:
-        show_loss(row, Loss(None, "", "Disabled: no loss"), 0.0)
-
-
-def _show_failed(row: QTreeWidgetItem, failed: bool) -> None:
-    """Strike out the name of a sensor that is set as failed, and show that in place of its loss."""
     font = row.font(NAME)
-    font.setStrikeOut(failed)
+    font.setStrikeOut(state.is_failed)
     row.setFont(NAME, font)
-    if failed:
-        show_loss(row, Loss(None, FAILED, FAILED_TIP), 0.0)
-        row.setForeground(LOSS, QBrush(QColor(tones().less)))
-    elif row.text(LOSS) == FAILED:
+    _show_no_loss(row, _DISABLED if not sensor.enabled else _FAILED if state.is_failed else None)
+
+
+def _show_no_loss(row: QTreeWidgetItem, reason: Loss | None) -> None:
+    """Show why a sensor has no loss; None removes an earlier reason."""
+    if reason is not None:
+        show_loss(row, reason, 0.0)
+        if reason.text:
+            row.setForeground(LOSS, QBrush(QColor(tones().less)))
+    elif row.toolTip(LOSS) in (plain_tip(_DISABLED.tip), plain_tip(_FAILED.tip)):
         show_loss(row, Loss(None, "", ""), 0.0)
 
 

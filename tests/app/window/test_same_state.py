@@ -1,0 +1,296 @@
+"""The window shows what its session holds, whatever was there before, and every change reaches those who show it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Set
+from dataclasses import dataclass, field, fields, is_dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from PySide6.QtCore import QAbstractItemModel, QAbstractListModel, QModelIndex, Qt
+from PySide6.QtGui import QBrush
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QAbstractItemView,
+    QAbstractSlider,
+    QApplication,
+    QComboBox,
+    QLabel,
+    QLineEdit,
+    QProgressBar,
+    QWidget,
+)
+
+from riglens.app.session.session import HeatChoice
+from riglens.core.metric.scores import PAPER_SETTINGS, MetricSettings
+from riglens.core.rig.edits import with_enabled
+from riglens.core.rig.model import Rig, Vehicle
+from riglens.core.scene.boxes import CLASSES
+from riglens.core.sensors.lens import KannalaBrandt
+from riglens.core.sensors.radar import Radar, RadarScan
+from riglens.core.sensors.ultrasonic import Ultrasonic
+from riglens.core.targets.settings import USUAL, TargetSettings
+from tests.app.window_bench import CAMERA, LIDAR, RIG, Bench
+from tests.waiting import TIMEOUT_MS
+
+ROLES = (
+    Qt.ItemDataRole.DisplayRole,
+    Qt.ItemDataRole.CheckStateRole,
+    Qt.ItemDataRole.ToolTipRole,
+    Qt.ItemDataRole.ForegroundRole,
+)
+
+
+@dataclass(frozen=True)
+class State:
+    """What a session holds."""
+
+    rig: Rig = RIG
+    selection: tuple[str, ...] = ()
+    hidden: frozenset[str] = frozenset()
+    locked: frozenset[str] = frozenset()
+    failed: frozenset[str] = frozenset()
+    settings: MetricSettings = PAPER_SETTINGS
+    targets: TargetSettings = USUAL
+    heat: HeatChoice = field(default_factory=HeatChoice)
+    pinned: Rig | None = None
+    voxel: tuple[int, int, int] | None = None
+
+    def put(self, bench: Bench) -> None:
+        """Bring the window there from wherever it is."""
+        document, session = bench.document, bench.session
+        document.set_locked(tuple(document.locked), False)
+        document.apply(self.rig)
+        everyone = {sensor.name for sensor in self.rig.sensors}
+        for put, chosen in ((document.set_hidden, self.hidden), (document.set_failed, self.failed)):
+            put(tuple(everyone - chosen), False)
+            put(tuple(chosen), True)
+        document.choose(self.selection)
+        document.set_locked(tuple(self.locked), True)
+        session.set_settings(self.settings)
+        session.set_targets(self.targets)
+        session.set_heat(self.heat)
+        session.pin(self.pinned)
+        session.pick(self.voxel)
+        bench.settle()
+        features, names = bench.features, {one.name for one in document.working_rig.sensors if one.enabled}
+        bench.qtbot.waitUntil(lambda: set(features.marginals.losses) == names, timeout=TIMEOUT_MS)
+        assert features.standing.worker.wait_until_idle()
+        QApplication.processEvents()
+
+
+def looks(bench: Bench) -> dict[str, Any]:
+    """Everything that can be read in the docks, which actions can be chosen, and what the view shows."""
+    found: dict[str, Any] = {}
+    for dock in bench.workbench.docks:
+        inside = dock.widget()
+        for widget in inside.findChildren(QWidget):
+            if widget.isVisibleTo(inside):
+                found.setdefault(dock.objectName(), []).append(look_of(widget))
+    for key, value in list(found.items()):
+        found[key] = sorted(map(repr, value))
+    for action in bench.workbench.actions:
+        if action.objectName() not in ("undo", "redo"):
+            found[f"action {action.objectName()}"] = (action.isEnabled(), action.isChecked())
+    state = bench.viewport.state
+    return found | {f"view {one.name}": plain(getattr(state, one.name)) for one in fields(state)}
+
+
+def plain(value: Any) -> Any:
+    """Something that can be compared: numbers of arrays, colours of brushes."""
+    match value:
+        case QBrush():
+            return value.color().name()
+        case np.ndarray():
+            return value.tolist()
+        case _ if is_dataclass(value) and not isinstance(value, type):
+            return [plain(getattr(value, one.name)) for one in fields(value)]
+        case dict():
+            return {key: plain(one) for key, one in value.items()}
+        case tuple() | list():
+            return [plain(one) for one in value]
+    return value
+
+
+def look_of(widget: QWidget) -> tuple[Any, ...]:
+    said: Any = None
+    match widget:
+        case QLabel() | QLineEdit():
+            said = widget.text()
+        case QAbstractButton():
+            said = widget.text(), widget.isChecked()
+        case QComboBox():
+            said = widget.currentText()
+        case QAbstractSlider() | QProgressBar():
+            said = widget.value()
+        case QAbstractItemView():
+            said = cells(widget.model(), QModelIndex())
+    return type(widget).__name__, widget.objectName(), widget.isEnabled(), widget.toolTip(), said
+
+
+def cells(model: QAbstractItemModel, parent: QModelIndex) -> list[Any]:
+    found: list[Any] = []
+    columns = 1 if isinstance(model, QAbstractListModel) else model.columnCount(parent)
+    for row in range(model.rowCount(parent)):
+        for column in range(columns):
+            index = model.index(row, column, parent)
+            text, *others = [plain(index.data(role)) or "" for role in ROLES]
+            found.append((text, others if text else others[:-1], index.flags().value))
+        found.append(cells(model, model.index(row, 0, parent)))
+    return found
+
+
+MOVED = RIG.with_sensor("roof", LIDAR.replace(position=(0.5, 0.2, 1.7), rpy_deg=(1, 2, 3)))
+SCAN = RadarScan(azimuth_deg=(-60.0, 60.0), elevation_deg=(-5.0, 5.0), range_m=100.0)
+ALL_KINDS = RIG.replace(
+    sensors=(
+        LIDAR.replace(name="swung", range_m=(1, 50), rpy_deg=(0, 0, 90)),
+        CAMERA.replace(
+            name="eye", hfov_deg=None, fx=60, fy=60, cx=70, cy=45, distortion=KannalaBrandt(k1=0.01)
+        ),
+        Radar(name="radar", position=(2.3, 0, 0.5), scans=(SCAN,)),
+        Ultrasonic(name="sonar", position=(2.3, 0.5, 0.5), wall_range_m=5.0),
+    )
+)
+PAIR = RIG.replace(
+    sensors=(
+        CAMERA.replace(name="left", position=(1, 0.5, 1.4)),
+        CAMERA.replace(name="right", position=(1, -0.5, 1.4), mirror_of="left"),
+    )
+)
+ROOF = frozenset({"roof"})
+
+
+def words(text: str) -> set[str]:
+    return set(text.split())
+
+
+CAR = words("body height housings length mesh rear_axle_x rig_name width")
+SENSOR = {"Field of view", "Rays"} | words(
+    "blocked.count copy_pose enabled model name paste_pose pitch range_m.from range_m.to"
+    " reset_pose roll unit_angle unit_length x y yaw z"
+)
+LIDAR_ROWS = {"Azimuth offsets", "Resolution", "azimuth_offsets_deg.list", "rays.way"} | {
+    f"{name}_deg.{part}" for name in ("azimuths", "elevations") for part in ("count", "from", "to", "way")
+}
+LENS = {
+    "Car",
+    "Distortion",
+    "Focal length",
+    "Lens",
+    "Overlap",
+    "Pedestrian",
+    "Pixels tall at",
+    "Resolution",
+} | words("cast.columns cast.rows cast.way distortion.way image.height image.width lens.way")
+SECTOR = {f"{name}_deg.{end}" for name in ("azimuth", "elevation") for end in ("from", "to")} | {"step_deg"}
+STRENGTHS = {f"cross_sections_dbsm.{name}" for name in CLASSES} | {"reference_dbsm"}
+RADAR_ROWS = (
+    SECTOR | STRENGTHS | {"Longest range", "range_m", "resolution_deg", "resolution_m", "scans.count"}
+)
+FISHEYE = {f"distortion.KannalaBrandt.k{n}" for n in range(1, 5)} | {"cx", "cy", "fx", "fy"}
+MESH = {f"offset.{axis}" for axis in "xyz"} | {"mesh_fit", "mesh_size", "scale"} | {
+    f"rpy_deg.{axis}" for axis in ("roll", "pitch", "yaw")
+}  # fmt: skip
+READ = {"copy_pose", "unit_angle", "unit_length", "Azimuth offsets", "Field of view", "Rays", "Resolution"}
+ONE = words("align_centre copy cut delete duplicate enable fail hide lock mirror place rename")
+ALIGNED = {f"align_{way}" for way in ("front", "height", "left", "rear", "right")}
+SCORED = {"Compare", "Inspector", "Scores", "Sensors", "view heatmap", "view rig"}
+
+
+class Row(NamedTuple):
+    """A state, and what is other than where a rig was opened and nothing was chosen."""
+
+    state: State
+    changed: Set[str] = frozenset()
+    """Some docks and fields of the view."""
+    actions: Set[str] = frozenset()
+    """All that can be chosen, or else cannot; ticked ones of a set."""
+    rows: Set[str] = frozenset()
+    """All inputs and figures of the inspector that came, or went."""
+    disabled: Set[str] = frozenset()
+    """Those that cannot be used."""
+
+
+KINDS = SCORED - {"view heatmap"} | {"view masts", "view selected"}
+STATES = {
+    "moved": Row(State(rig=MOVED), SCORED | {"view masts"}),
+    "LiDAR": Row(
+        State(selection=("roof",)), {"Inspector", "view selected"}, ONE | {"improve"}, CAR | SENSOR | LIDAR_ROWS
+    ),
+    "camera": Row(
+        State(selection=("front",)), {"Inspector", "view selected"}, ONE, CAR | SENSOR | LENS | {"hfov_deg"}
+    ),
+    "both": Row(
+        State(selection=("roof", "front")), {"Inspector", "view also_selected"},
+        ONE - {"place", "rename"} | ALIGNED, CAR | SENSOR | LENS | {"hfov_deg", "state"}, {"name", "paste_pose"},
+    ),
+    "hidden": Row(
+        State(selection=("roof",), hidden=ROOF), {"Sensors", "view hidden"}, ONE - {"place"} | {"improve"},
+        CAR | SENSOR | LIDAR_ROWS,
+    ),
+    "locked": Row(
+        State(selection=("roof",), locked=ROOF), {"Sensors", "Inspector", "view fixed"}, ONE - {"rename"},
+        CAR | SENSOR | LIDAR_ROWS | {"state"}, (SENSOR | LIDAR_ROWS) - READ,
+    ),
+    "failed": Row(
+        State(selection=("roof",), failed=ROOF), SCORED - {"view rig"} | {"view failed"},
+        ONE | {"improve", "restore_failed"}, CAR | SENSOR | LIDAR_ROWS,
+    ),
+    "disabled": Row(State(with_enabled(RIG, ("front",), False)), SCORED),
+    "empty": Row(State(Rig(name="small")), SCORED | {"view masts"}, {"select_all"}, {"warning"}),
+    "glass car": Row(State(RIG.replace(self_occlusion=False)), {"view rig", "view solid_body"}, {"solid_car"}),
+    "long car": Row(State(RIG.replace(vehicle=Vehicle(length=5.2))), {"Inspector", "view vehicle", "view masts"}),
+    "lost mesh": Row(
+        State(RIG.replace(vehicle=Vehicle(body="no.ply"))), {"Sensors", "view vehicle", "view masts"},
+        rows=MESH | {"warning"}, disabled={"mesh_fit"},
+    ),
+    "fisheye": Row(State(ALL_KINDS, ("eye",)), KINDS, ONE, CAR | SENSOR | LENS | FISHEYE),
+    "radar": Row(State(ALL_KINDS, ("radar",)), KINDS, ONE, CAR | SENSOR | RADAR_ROWS),
+    "ultrasonic": Row(
+        State(ALL_KINDS, ("sonar",)), KINDS, ONE, CAR | SENSOR | SECTOR | {"Range", "pole_range_m", "wall_range_m"}
+    ),
+    "mirrored": Row(
+        State(PAIR, ("right",)), KINDS, ONE - {"mirror"} | {"unlink"},
+        CAR | SENSOR | LENS | {"hfov_deg", "unlink_pair"},
+    ),
+    "settings": Row(State(settings=MetricSettings(reading="residual", camera_weight=0.3)), {"Compare", "Scores"}),
+    "targets": Row(State(targets=TargetSettings(min_points=2)), {"Targets"}),
+    "heat": Row(
+        State(heat=HeatChoice("seen", "bicycle")), {"Map", "view heatmap"},
+        {"class_bicycle", "class_car", "heat_seen", "heat_unseen"},
+    ),
+    "no heat": Row(State(heat=HeatChoice("off")), {"view heatmap"}, {"heat_off", "heat_unseen"}),
+    "pinned": Row(State(pinned=MOVED), {"Scores"}, {"unpin"}),
+    "voxel": Row(State(voxel=(20, 20, 2)), {"view marker"}),
+}  # fmt: skip
+
+
+def rows_of(bench: Bench) -> dict[str, bool]:
+    """The named inputs and figures that the inspector shows, and whether they can be used."""
+    inspector = bench.panels.inspector
+    shown = [
+        one for one in inspector.findChildren(QWidget) if one.isVisibleTo(inspector) and one.objectName()
+    ]
+    return {one.objectName(): one.isEnabled() for one in shown if not one.objectName().startswith("qt_")}
+
+
+def test_a_state_looks_the_same_whatever_came_before_and_reaches_all_that_shows_it(whole: Bench) -> None:
+    found, rows = dict[str, dict[str, Any]](), dict[str, dict[str, bool]]()
+    for name in ("opened", *STATES, *reversed(STATES), "opened"):
+        (STATES[name].state if name in STATES else State()).put(whole)
+        now = looks(whole)
+        first = found.setdefault(name, now)
+        rows[name] = rows_of(whole)
+        assert other(first, now) == set(), name
+    for name, row in STATES.items():
+        changed = other(found["opened"], found[name])
+        assert row.changed - changed == set(), name
+        actions = {one.removeprefix("action ") for one in changed if one.startswith("action ")}
+        assert actions == row.actions, name
+        assert set(rows[name]) ^ set(rows["opened"]) == row.rows, name
+        assert {key for key, is_usable in rows[name].items() if not is_usable} == row.disabled, name
+
+
+def other(one: Mapping[str, Any], another: Mapping[str, Any]) -> set[str]:
+    return {key for key in one | another if one.get(key) != another.get(key)}
