@@ -153,7 +153,9 @@ class TargetCaster:
         if not isinstance(sensor, Camera):
             return found
         inside, met = np.zeros(found.found.shape[1]), np.flatnonzero(found.found[kernel.RAYS])
-        inside[met] = shares_in_picture(sensor, sweep.boxes, beams, self._objects[objects][met])
+        inside[met] = shares_in_picture(
+            sensor, sweep.boxes, beams, self._objects[objects][met], self._workers
+        )
         return dataclasses.replace(found, inside=inside)
 
     def inside_of(
@@ -164,7 +166,7 @@ class TargetCaster:
         (beams,) = beams_by_sector(camera, law_of(camera, settings), glass_of(camera, settings), NOT_STOPPED)
         inside, met = np.zeros(len(alone)), np.flatnonzero(alone)
         boxes = self._boxes_of(settings.shape)
-        inside[met] = shares_in_picture(camera, boxes, beams, self._objects[: len(alone)][met])
+        inside[met] = shares_in_picture(camera, boxes, beams, self._objects[: len(alone)][met], self._workers)
         return inside
 
     def _cast_beams(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,9 +23,19 @@ _WITHIN = 0.98
 """Share of what the pixels at the border of a picture hold that is certain: between two of these it is no nearer."""
 
 
-def shares_in_picture(camera: Camera, boxes: FrameBoxes, beams: Beams, objects: Ids) -> Doubles:
+def shares_in_picture(
+    camera: Camera, boxes: FrameBoxes, beams: Beams, objects: Ids, workers: int = 1
+) -> Doubles:
     """Return the share of the silhouette of each object (k,), by its number among the boxes, that lies inside the
-    picture, as solid angle; blocked sectors are not part of it."""
+    picture, as solid angle; blocked sectors are not part of it. Each worker takes some of the objects."""
+    if workers == 1:
+        return _shares(camera, boxes, beams, objects)
+    with ThreadPoolExecutor(workers) as pool:
+        parts = pool.map(lambda some: _shares(camera, boxes, beams, some), np.array_split(objects, workers))
+        return np.concatenate(list(parts))
+
+
+def _shares(camera: Camera, boxes: FrameBoxes, beams: Beams, objects: Ids) -> Doubles:
     if camera.distortion is None and not camera.blocked:
         share = np.empty(len(objects))
         nothing = np.empty((0, 3))

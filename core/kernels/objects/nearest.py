@@ -167,7 +167,7 @@ def _rows_of_part(faces: Faces, start: Direction, half: Direction, window: Windo
 @lean
 def _meet_tiles(beams: Beams, faces: Faces, canvas: Canvas) -> int:
     """As `_meet_rows` for a lattice without straight rows and columns."""
-    entered, count, number, sides = 0, set_sides(beams, faces), 0, faces.sides
+    entered, count, number, sides = 0, set_sides(beams.reach[0], beams.reach[1], faces), 0, faces.sides
     span = sides.span
     while number < beams.tiles.shape[0]:
         tile = beams.tiles[number]

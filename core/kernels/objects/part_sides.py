@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from riglens.core.kernels.objects.box_frames import Beams, Faces
+from riglens.core.kernels.objects.box_frames import Faces
 from riglens.core.kernels.rays.tiles import SIDE_BLUR, Sides
 from riglens.core.kernels.runtime.jit import lean_inlined
 
 
 @lean_inlined
-def set_sides(beams: Beams, faces: Faces) -> int:
-    """Write the sides of a part, which are where `nearest.find_entries` compares one number with another; return how
-    many there are."""
-    count, least, sides = 0, 1.0 / beams.reach[1], faces.sides
+def set_sides(near: float, far: float, faces: Faces) -> int:
+    """Write the sides of a part for rays with a range, metres: they are where `nearest.find_entries` compares one
+    number with another; return how many there are."""
+    count, least, sides = 0, 1.0 / far, faces.sides
     for axis in range(3):
         enter = faces.enter[axis]
         if enter == 0.0:  # between these two faces
@@ -26,8 +26,8 @@ def set_sides(beams: Beams, faces: Faces) -> int:
             count = _add_plane(faces.turn, axis, enter, other, faces.leave[other], 0.0, sides, count)
             if faces.enter[other] == 0.0:
                 count = _add_plane(faces.turn, axis, enter, other, faces.other[other], 0.0, sides, count)
-    if beams.reach[0] > 0.0:
-        most = 1.0 / beams.reach[0]
+    if near > 0.0:
+        most = 1.0 / near
         for axis in range(3):
             count = _add_plane(faces.turn, axis, 0.0, axis, faces.leave[axis], most, sides, count)
             if faces.enter[axis] == 0.0:

@@ -142,7 +142,7 @@ def draw_by_tiles(traffic: FrameBoxes, beams: Beams, box: int, rotation: np.ndar
         middle, part_half = bounds_of(traffic, part)
         place = (start[0] - middle[0], start[1] - middle[1], start[2] - middle[2])
         set_faces(place, part_half, to.faces)
-        sides, number = set_sides(beams, to.faces), 0
+        sides, number = set_sides(beams.reach[0], beams.reach[1], to.faces), 0
         while number < beams.tiles.shape[0]:
             tile = beams.tiles[number]
             cuts = cuts_of(tile, sides, to.faces.sides)

@@ -7,58 +7,95 @@ edge of the picture, directions are spread evenly over a window around it, by a 
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from riglens.core.kernels.objects.box_frames import (
     Beams,
+    Faces,
     FrameBoxes,
     bounds_of,
     half_of,
+    new_faces,
     parts_of,
     set_centre,
+    set_faces,
     set_turn,
     start_of,
-    turned,
 )
+from riglens.core.kernels.objects.part_sides import set_sides
 from riglens.core.kernels.objects.windows import TURN, corners_of, window_of_turn
 from riglens.core.kernels.rays.lattice import Direction
-from riglens.core.kernels.runtime.codes import MOST_PARTS
 from riglens.core.kernels.runtime.jit import kernel, lean_inlined
 
 POINTS, _STEP = 377, 233
+_FINE = 16
+"""Azimuths in a row that are turned from the first of them, without sines and cosines of their own."""
 _STEEPEST = 1e9
 UNKNOWN = -1.0
 
 
+class Rays(NamedTuple):
+    """Room for the directions of the lattice: their heights (POINTS,), 0 to 1 across the window, by azimuth; cosine and
+    sine of a few steps (2, _FINE); x, y, z in the sensor frame, and by how much each lies inside of one part and of the
+    part where it is most so, (POINTS,)."""
+
+    height: np.ndarray
+    turn: np.ndarray
+    x: np.ndarray
+    y: np.ndarray
+    z: np.ndarray
+    within: np.ndarray
+    most: np.ndarray
+
+
+@kernel
+def new_rays() -> Rays:
+    """Return room for one object at a time."""
+    # _STEP times itself is 1 (mod POINTS): the number of a point from the place of its azimuth, and the other way round
+    height = (np.arange(POINTS) * _STEP % POINTS + 0.5) / POINTS
+    x, y, z, within, most = np.empty((5, POINTS))
+    return Rays(height, np.empty((2, _FINE)), x, y, z, within, most)
+
+
 @lean_inlined
-def _set_ways(traffic: FrameBoxes, box: int, start: Direction, ways: np.ndarray) -> int:
-    """Write ways (parts, 2, 3) along the axes of a box from `start` to the low and the high faces of its parts; return
-    how many parts there are."""
-    first, end = parts_of(traffic, box)
-    for part in range(first, end):
+def _set_rays(low: float, high: float, left: float, right: float, axes: np.ndarray, rays: Rays) -> None:
+    """Write the directions of the lattice over a window around axes (3, 3)."""
+    step, turn = (right - left) / POINTS, rays.turn
+    for place in range(_FINE):
+        turn[0, place], turn[1, place] = np.cos(place * step), np.sin(place * step)
+    for first in range(0, POINTS, _FINE):
+        azimuth = left + (first + 0.5) * step
+        cos, sin = np.cos(azimuth), np.sin(azimuth)
+        for place in range(np.uint64(min(_FINE, POINTS - first))):
+            point = np.uint64(first) + place
+            up = low + rays.height[point] * (high - low)
+            flat = np.sqrt(max(1.0 - up * up, 0.0))
+            a = flat * (cos * turn[0, place] - sin * turn[1, place])
+            b = flat * (sin * turn[0, place] + cos * turn[1, place])
+            rays.x[point] = a * axes[0, 0] + b * axes[1, 0] + up * axes[2, 0]
+            rays.y[point] = a * axes[0, 1] + b * axes[1, 1] + up * axes[2, 1]
+            rays.z[point] = a * axes[0, 2] + b * axes[1, 2] + up * axes[2, 2]
+
+
+@lean_inlined
+def _set_most(traffic: FrameBoxes, box: int, start: Direction, faces: Faces, rays: Rays) -> None:
+    """Write by how much each direction lies inside of the parts of a box."""
+    x, y, z, within, most = rays.x, rays.y, rays.z, rays.within, rays.most
+    most[:] = -np.inf
+    for part in range(*parts_of(traffic, box)):
         middle, half = bounds_of(traffic, part)
-        for axis in range(3):
-            at = start[axis] - middle[axis]
-            ways[part - first, 0, axis], ways[part - first, 1, axis] = -half[axis] - at, half[axis] - at
-    return end - first
-
-
-@lean_inlined
-def _is_met(ways: np.ndarray, parts: int, along: Direction) -> bool:
-    """Return whether a ray, in the axes of a box, enters one of its parts."""
-    for part in range(parts):
-        enters, leaves = 0.0, np.inf
-        for axis in range(3):
-            to_low, to_high, step = ways[part, 0, axis], ways[part, 1, axis], along[axis]
-            if step == 0.0:
-                if to_low >= 0.0 or to_high <= 0.0:
-                    leaves = -1.0
-                continue
-            low, high = to_low / step, to_high / step
-            enters, leaves = max(enters, min(low, high)), min(leaves, max(low, high))
-        if enters < leaves:
-            return True
-    return False
+        set_faces((start[0] - middle[0], start[1] - middle[1], start[2] - middle[2]), half, faces)
+        within[:] = np.inf
+        for side in range(set_sides(0.0, np.inf, faces)):
+            plane = faces.sides.plane[side]
+            p, q, r = plane[0], plane[1], plane[2]
+            for point in range(POINTS):
+                inner = p * x[point] + q * y[point] + r * z[point]
+                within[point] = inner if inner < within[point] else within[point]
+        for point in range(POINTS):
+            most[point] = within[point] if within[point] > most[point] else most[point]
 
 
 @lean_inlined
@@ -99,7 +136,9 @@ def _is_whole(corners: np.ndarray, edges: np.ndarray, safe_cos: float) -> bool:
 @lean_inlined
 def _is_between(x: float, y: float, z: float, edges: np.ndarray) -> bool:
     """Return whether a direction lies between slopes, as the picture of a pinhole has them at its edges."""
-    return bool(x > 0.0 and edges[0] * x <= y <= edges[1] * x and edges[2] * x <= z <= edges[3] * x)
+    return bool(
+        (x > 0.0) & (edges[0] * x <= y) & (y <= edges[1] * x) & (edges[2] * x <= z) & (z <= edges[3] * x)
+    )
 
 
 @lean_inlined
@@ -138,10 +177,10 @@ def silhouettes(
     directions (m, 3) these, in the sensor frame, one object after the other. Return how many objects have been done:
     fewer than k where `directions` is full.
     """
-    turn, axes, centre = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
-    corners, ways, filled = np.empty((8, 3)), np.empty((MOST_PARTS, 2, 3)), 0
+    faces, axes, centre = new_faces(), np.empty((3, 3)), np.empty(3)
+    corners, rays, filled = np.empty((8, 3)), new_rays(), 0
     for one in range(boxes.size):
-        box = boxes[one]
+        box, turn = boxes[one], faces.turn
         start = start_of(traffic, beams, box)
         set_turn(traffic, beams.rotation, box, turn)
         set_centre(start, turn, centre)
@@ -153,25 +192,23 @@ def silhouettes(
             return one
         _set_axes(centre, axes)
         low, high, left, right = _window_of_parts(traffic, box, start, turn, axes, corners, centre)
-        met, inside, parts = 0, 0, _set_ways(traffic, box, start, ways)
+        _set_rays(low, high, left, right, axes, rays)
+        _set_most(traffic, box, start, faces, rays)
+        met = 0
         for point in range(POINTS):
-            azimuth = left + ((point * _STEP) % POINTS + 0.5) / POINTS * (right - left)
-            up = low + (point + 0.5) / POINTS * (high - low)
-            flat = np.sqrt(max(1.0 - up * up, 0.0))
-            a, b = flat * np.cos(azimuth), flat * np.sin(azimuth)
-            x = a * axes[0, 0] + b * axes[1, 0] + up * axes[2, 0]
-            y = a * axes[0, 1] + b * axes[1, 1] + up * axes[2, 1]
-            z = a * axes[0, 2] + b * axes[1, 2] + up * axes[2, 2]
-            if not _is_met(ways, parts, turned(turn, (x, y, z))):
-                continue
-            met += 1
-            if is_pinhole:
-                inside += _is_between(x, y, z, edges)
-                continue
-            directions[filled, 0], directions[filled, 1], directions[filled, 2] = x, y, z
-            filled += 1
+            met += rays.most[point] > 0.0
         if is_pinhole:
+            inside = 0
+            for point in range(POINTS):
+                is_shown = _is_between(rays.x[point], rays.y[point], rays.z[point], edges)
+                inside += is_shown & (rays.most[point] > 0.0)
             share[one] = inside / met if met > 0 else 1.0
-        elif met > 0:
+            continue
+        if met > 0:
             share[one], hits[one] = UNKNOWN, met
+        for point in range(POINTS):
+            if rays.most[point] > 0.0:
+                directions[filled, 0], directions[filled, 1] = rays.x[point], rays.y[point]
+                directions[filled, 2] = rays.z[point]
+                filled += 1
     return int(boxes.size)
