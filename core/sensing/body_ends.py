@@ -17,8 +17,8 @@ from riglens.core.kernels.runtime import codes
 from riglens.core.rig.library import Cylinder, body_of
 from riglens.core.rig.model import Sensor
 from riglens.core.sensing.kept import RAYS, KeptAnswers
-from riglens.core.sensing.ray_tiles import TILE_ROWS, is_image, tiled
-from riglens.core.sensing.rays import lattice, rotate
+from riglens.core.sensing.ray_tiles import is_image, tiled
+from riglens.core.sensing.rays import lattice
 from riglens.core.sensing.screens import screen_of
 from riglens.core.sensors.base import rays_of, unplaced
 from riglens.core.sensors.lattice import Lattice
@@ -260,7 +260,7 @@ def _lens_ends(at: _LensAtBody) -> tuple[NDArray[np.int32], NDArray[np.float64]]
     rays = rays_in_metres(at.sensor)
     ends = np.full(len(rays.rows), np.inf)
     find_ends = kernel.find_lens_ends_serial if at.workers == 1 else kernel.find_lens_ends
-    find_ends(rays, tiled(at.sensor), TILE_ROWS, *at.barrier, at.workers, ends)
+    find_ends(rays, tiled(at.sensor), *at.barrier, at.workers, ends)
     cut = np.flatnonzero(np.isfinite(ends))
     return cut.astype(np.int32), ends[cut]
 
@@ -293,7 +293,8 @@ def _ended(
     is_stopped = np.zeros(len(rays.rows), np.bool_)
     is_stopped[cut] = True
     if (empty_box[:3] <= empty_box[3:]).all():
-        places = rays.origin + rotate(rays.rotation, rays.rows[cut]) * cut_m[:, None]
-        outside = ~((empty_box[:3] <= places) & (places <= empty_box[3:])).all(axis=1)
+        from riglens.core.kernels.body.empty_box import ends_outside  # the compiler
+
+        outside = ends_outside(rays, cut, cut_m, empty_box)
         cut, cut_m = cut[outside], cut_m[outside]
     return Shadow(is_stopped, cut, cut_m)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from riglens.core.kernels.body.shadow import is_in
+from riglens.core.kernels.rays.cast import Cast, ray_direction
 from riglens.core.kernels.runtime.jit import inlined, kernel
 from riglens.core.kernels.voxels.bits import mask_of
 
@@ -56,3 +58,13 @@ def grow_empty_box(words: np.ndarray, shape: np.ndarray, cell: np.ndarray, limit
         if size > most:
             best[:], most = box, size
     return best
+
+
+@kernel
+def ends_outside(rays: Cast, cut: np.ndarray, cut_m: np.ndarray, empty_box: np.ndarray) -> np.ndarray:
+    """Return which of some rays (k,), by number, end outside of an empty box, by the distances of their ends (k,)."""
+    outside, o = np.empty(cut.size, np.bool_), rays.origin
+    for place in range(cut.size):
+        d, t = ray_direction(rays, cut[place]), cut_m[place]
+        outside[place] = not is_in(empty_box, (o[0] + t * d[0], o[1] + t * d[1], o[2] + t * d[2]))
+    return outside

@@ -1,8 +1,8 @@
 """Find where the rays of a distorted lens end at a solid, triangle by triangle.
 
-The same as `kernels.body.shadow`, for rays that have no straight rows: the tree is traversed front to back, a box is
-skipped where no ray can pass the ball around it, and a triangle is tested against the rays of tiles between its
-edges.
+The same as `kernels.body.shadow`, for rays that have no straight rows: for each tile of rays the tree is traversed
+front to back, a box is skipped where none of them can pass the ball around it or all end nearer, and a triangle is
+tested against the rays between its edges.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ from riglens.core.kernels.body.solid import EDGE, Tree, meet
 from riglens.core.kernels.rays.cast import Cast, ray_direction
 from riglens.core.kernels.rays.predicates import Vector
 from riglens.core.kernels.rays.tiles import (
-    AFTER,
     COLUMN,
+    COLUMNS,
     OWN_RAYS,
     ROW,
     ROWS,
@@ -44,17 +44,16 @@ from riglens.core.kernels.runtime.jit import lean, lean_inlined, parallel_kernel
 
 _AROUND = 0.999
 """Sine of the half angle of a cone around a ball beyond which it may be anywhere."""
+_NEARER = 1.0 - 1e-9
+"""Far more than the rounding of squared distances."""
 
 
-class Rows(NamedTuple):
-    """Obstacles of rays: triangles in a tree, a selection of them (t,), the distance from which they count; first and
-    end of the rows in question."""
+class Bar(NamedTuple):
+    """Obstacles of rays: triangles in a tree, a selection of them (t,), and the distance from which they count."""
 
     tree: Tree
     stops: np.ndarray
     start: float
-    first: int
-    end: int
 
 
 @lean_inlined
@@ -99,38 +98,26 @@ def _set_ball(place: Vector, radius: float, sides: Sides) -> int:
 
 
 @lean_inlined
-def _is_left_out(tile: np.ndarray, bar: Rows) -> bool:
-    """Return whether a tile has none of the rows in question."""
-    return bool(tile[ROW] >= bar.end or tile[ROW] + tile[ROWS] <= bar.first)
-
-
-@lean_inlined
-def _may_pass(lens: TiledRays, place: Vector, radius: float, bar: Rows, sides: Sides) -> bool:
-    """Return whether some ray of the rows in question may pass a ball."""
-    count, number = _set_ball(place, radius, sides), 0
-    while number < lens.tiles.shape[0]:
-        tile = lens.tiles[number]
-        if _is_left_out(tile, bar) or cuts_of(tile, count, sides) < 0:
-            number = int(tile[AFTER])
-            continue
-        if tile[OWN_RAYS] > 0.0:
-            return True
-        number += 1
-    return False
-
-
-@lean_inlined
-def _offer_tile(
-    rays: Cast, lens: TiledRays, tile: np.ndarray, cuts: int, c: np.ndarray, bar: Rows, nearest: float, sides: Sides,
+def _offer(
+    rays: Cast, lens: TiledRays, number: int, c: np.ndarray, bar: Bar, normals: np.ndarray, sides: Sides,
     ends: np.ndarray,
 ) -> None:  # fmt: skip
-    """Test a triangle, at least `nearest` away, against the rays of a tile that may meet it."""
-    span, o = sides.span, (rays.origin[0], rays.origin[1], rays.origin[2])
+    """Test a triangle of corners (3, 3) against the rays of a tile that may meet it; normals (3, 3): work space."""
+    middle, radius = ball_around(*bounds_of(c))
+    place, tile = in_sensor_axes(rays, middle), lens.tiles[number]
+    nearest = size_of(place) - radius
+    count = 3
+    if not _set_edges(view_of(rays, c), normals, sides, nearest + radius, radius):
+        count = _set_ball(place, radius, sides)
+    cuts = cuts_of(tile, count, sides)
+    if cuts < 0:
+        return
+    o = rays.origin[0], rays.origin[1], rays.origin[2]
     first, column = int(tile[ROW]), int(tile[COLUMN])
     for row in range(*rows_of(tile, cuts, sides)):
         span_of(tile, row, cuts, sides)
         base = (first + row) * lens.columns + column
-        for slot in range(base + span[0], base + span[1]):
+        for slot in range(base + sides.span[0], base + sides.span[1]):
             ray = slot if lens.numbers.size == 0 else int(lens.numbers[slot])
             if ray >= 0 and ends[ray] > nearest:
                 t, _ = meet(o, ray_direction(rays, ray), c)
@@ -138,40 +125,38 @@ def _offer_tile(
                     ends[ray] = t
 
 
-@lean
-def _offer(
-    rays: Cast, lens: TiledRays, c: np.ndarray, bar: Rows, normals: np.ndarray, sides: Sides, ends: np.ndarray
-) -> None:  # fmt: skip
-    """Test a triangle of corners (3, 3) against all rays that can hit it; normals (3, 3): work space."""
-    middle, radius = ball_around(*bounds_of(c))
-    place, number, count = in_sensor_axes(rays, middle), 0, 3
-    distance = size_of(place)
-    if not _set_edges(view_of(rays, c), normals, sides, distance, radius):
-        count = _set_ball(place, radius, sides)
-    while number < lens.tiles.shape[0]:
-        tile = lens.tiles[number]
-        cuts = -1 if _is_left_out(tile, bar) else cuts_of(tile, count, sides)
-        if cuts < 0:
-            number = int(tile[AFTER])
-            continue
-        if tile[OWN_RAYS] > 0.0:
-            _offer_tile(rays, lens, tile, cuts, c, bar, distance - radius, sides, ends)
-        number += 1
+@lean_inlined
+def _farthest(lens: TiledRays, number: int, ends: np.ndarray) -> float:
+    """Return where the last ray of a tile ends, inf where one has no end."""
+    tile, most = lens.tiles[number], 0.0
+    for row in range(int(tile[ROW]), int(tile[ROW] + tile[ROWS])):
+        base = row * lens.columns + int(tile[COLUMN])
+        for slot in range(base, base + int(tile[COLUMNS])):
+            ray = slot if lens.numbers.size == 0 else int(lens.numbers[slot])
+            if ray >= 0:
+                most = max(most, ends[ray])
+        if most == np.inf:
+            break
+    return most
 
 
 @lean
-def _offer_tree(
-    rays: Cast, lens: TiledRays, bar: Rows, normals: np.ndarray, stack: np.ndarray, sides: Sides, ends: np.ndarray
+def _end_tile(
+    rays: Cast, lens: TiledRays, number: int, bar: Bar, normals: np.ndarray, stack: np.ndarray, sides: Sides,
+    ends: np.ndarray,
 ) -> None:  # fmt: skip
-    """Offer all triangles that stop rays, the nearer boxes first; normals (3, 3), stack (128,): work space."""
-    tree = bar.tree
+    """Offer the rays of a tile all triangles that may stop them, the nearer boxes first, up to the farthest end;
+    normals (3, 3), stack (128,): work space."""
+    tree, farthest = bar.tree, np.inf
     stack[0], waiting = 0, min(1, tree.skip.size)
     while waiting > 0:
         waiting -= 1
         node = stack[waiting]
         b = tree.bounds[node]
+        if near2(rays.origin, b) * _NEARER > farthest * farthest:
+            continue
         middle, radius = ball_around((b[0], b[1], b[2]), (b[3], b[4], b[5]))
-        if not _may_pass(lens, in_sensor_axes(rays, middle), radius, bar, sides):
+        if cuts_of(lens.tiles[number], _set_ball(in_sensor_axes(rays, middle), radius, sides), sides) < 0:
             continue
         if tree.leaf[node, 1] == 0:
             near, far = node + 1, tree.skip[node + 1]
@@ -182,29 +167,22 @@ def _offer_tree(
             continue
         for triangle in range(tree.leaf[node, 0], tree.leaf[node, 0] + tree.leaf[node, 1]):
             if bar.stops[tree.number[triangle]]:
-                _offer(rays, lens, tree.corners[triangle], bar, normals, sides, ends)
+                _offer(rays, lens, number, tree.corners[triangle], bar, normals, sides, ends)
+        farthest = _farthest(lens, number, ends)
 
 
 @parallel_kernel
 def find_lens_ends(
-    rays: Cast,
-    lens: TiledRays,
-    strip_rows: int,
-    tree: Tree,
-    stops: np.ndarray,
-    start: float,
-    workers: int,
-    ends: np.ndarray,
+    rays: Cast, lens: TiledRays, tree: Tree, stops: np.ndarray, start: float, workers: int, ends: np.ndarray
 ) -> None:
     """Write where listed rays, in metres, first meet a solid beyond `start`, to ends (rays,), infinite before. Workers
-    take strips of rows, whole tiles, in turn."""
-    rows = int(np.max(lens.tiles[:, ROW] + lens.tiles[:, ROWS])) if lens.tiles.shape[0] > 0 else 0
-    strip_rows = max(rows, 1) if workers == 1 else strip_rows
+    take tiles in turn."""
     for worker in numba.prange(workers):
         normals, stack, sides = np.empty((3, 3)), np.empty(128, np.int64), new_sides()
-        for first in range(worker * strip_rows, rows, workers * strip_rows):
-            bar = Rows(tree, stops, start, first, first + strip_rows)
-            _offer_tree(rays, lens, bar, normals, stack, sides, ends)
+        bar = Bar(tree, stops, start)
+        for number in range(worker, lens.tiles.shape[0], workers):
+            if lens.tiles[number, OWN_RAYS] > 0.0:
+                _end_tile(rays, lens, number, bar, normals, stack, sides, ends)
 
 
 find_lens_ends_serial = serial(find_lens_ends)
