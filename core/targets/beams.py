@@ -8,6 +8,7 @@ from functools import singledispatch
 import numpy as np
 from numpy.typing import NDArray
 
+from riglens.core.kernels.body.stops import set_stops
 from riglens.core.kernels.objects.box_frames import Beams
 from riglens.core.kernels.objects.windows import TURN
 from riglens.core.rig.model import Camera, Lidar, LinearAngles, Sensor, rays_of
@@ -78,21 +79,10 @@ def _stop_bits(table: Beams, ends_m: Doubles) -> tuple[Words, Doubles]:
     as in `kernels.objects.box_frames.Beams`."""
     if table.turns or not ends_m.size:
         return _NO_WORDS, _NOTHING
-    rows, columns, words = len(table.row_of), table.columns, (table.columns + 63) // 64
-    bits = np.zeros((2, rows, words * 64), np.bool_)
-    for some, to in zip((np.isfinite(ends_m), ends_m == 0.0), bits, strict=True):
-        if table.steps[1] == 1:
-            to[:, :columns] = some.reshape(-1, columns)[table.row_of][:, table.column_of]
-        else:
-            to[:, :columns] = some.reshape(-1, table.steps[1])[table.column_of][:, table.row_of].T
-    slot = np.flatnonzero(bits[0])
-    row, column = np.divmod(slot, words * 64)
-    ends = ends_m[table.row_of[row] * table.steps[0] + table.column_of[column] * table.steps[1]]
-    word, last_ends = slot >> 6, np.zeros(rows * words)
-    first = np.flatnonzero(np.diff(word, prepend=-1))
-    if first.size:
-        last_ends[word[first]] = np.maximum.reduceat(ends, first)
-    return np.packbits(bits.reshape(2, -1), axis=1, bitorder="little").view(np.uint64), last_ends
+    words = len(table.row_of) * ((table.columns + 63) // 64)
+    bits, last_ends = np.zeros((2, words), np.uint64), np.zeros(words)
+    set_stops(ends_m, table.row_of, table.column_of, table.steps, bits, last_ends)
+    return bits, last_ends
 
 
 def stops_of(
