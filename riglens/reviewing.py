@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import cache
 from pathlib import Path
 
 from riglens.arguments import StrPath, Warnings
 from riglens.core.blind.zones import BlindSettings
+from riglens.core.engine.audit import audit as audit_rig
 from riglens.core.errors import InputError
+from riglens.core.figures.evaluated import Evaluator
 from riglens.core.footprint.document import footprints_document, footprints_of, solid_rig
 from riglens.core.footprint.ground import EN_62676_4, Footprint
 from riglens.core.footprint.ground import footprint as footprint_of
@@ -24,6 +27,7 @@ from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import Traffic
 from riglens.evaluation.options import ScoreOptions
 from riglens.results import (
+    AuditResult,
     BlindResult,
     CheckResult,
     FootprintResult,
@@ -34,7 +38,7 @@ from riglens.results import (
     ReviewResult,
     ToleranceResult,
 )
-from riglens.scenes import Scene, audit, load_scene, with_blocking_mesh, with_blocking_meshes
+from riglens.scenes import Scene, load_scene, with_blocking_mesh, with_blocking_meshes
 from riglens.traffic import load_traffic
 
 
@@ -128,13 +132,17 @@ def redundancy(
     With `traffic`, objects are counted too: LiDARs detect them by `min_points` points of all, a camera by 25 px of
     height. With `halves` the losses by each sensor with half of its view blocked are listed as well.
     """
-    from riglens.jobs.reviewing import redundancy_of
+    from riglens.jobs.reviewing import evaluator_of
 
     options = ScoreOptions(method, threads=threads, body=body)
     rig = with_blocking_mesh(rig, options.body_of(rig), mesh_folder)
-    found = redundancy_of(
-        rig, scene.field, traffic, options, TargetSettings(min_points=min_points), halves, Warnings()
-    )
+    return _redundancy(evaluator_of(scene.field, traffic, options), rig, min_points, halves)
+
+
+def _redundancy(evaluate: Evaluator, rig: Rig, min_points: int, halves: bool) -> RedundancyResult:
+    from riglens.jobs.reviewing import redundancy_of
+
+    found = redundancy_of(evaluate, rig, TargetSettings(min_points=min_points), True, halves, Warnings())
     return RedundancyResult(found.document(), rig, found.voxels, found.targets)
 
 
@@ -167,12 +175,20 @@ def tolerance(
     sensitivities
         Also find what each error does on its own.
     """
-    from riglens.jobs.reviewing import drawn
+    from riglens.jobs.reviewing import evaluator_of
 
     options = ScoreOptions(method, threads=threads, body=body)
     drawing = ToleranceOptions(errors, draws, seed, sample, sensitivities)
     rig = with_blocking_mesh(rig, options.body_of(rig), mesh_folder)
-    found, document = drawn(rig, scene.field, traffic, options, drawing, progress)
+    return _drawn(evaluator_of(scene.field, traffic, options), rig, drawing, progress)
+
+
+def _drawn(
+    evaluate: Evaluator, rig: Rig, drawing: ToleranceOptions, progress: Progress | None = None
+) -> ToleranceResult:
+    from riglens.jobs.reviewing import drawn
+
+    found, document = drawn(evaluate, rig, drawing, progress)
     return ToleranceResult(document, found)
 
 
@@ -280,29 +296,30 @@ def review(
     """
     if unknown := [name for name in only if name not in PARTS]:
         raise InputError(f"must be some of {', '.join(PARTS)} (got '{unknown[0]}')", "only")
+    from riglens.jobs.reviewing import evaluator_of
+
     if scene is None and {"redundancy", "tolerance", "audit"} & set(only):
         scene = load_scene()
         traffic = traffic or load_traffic()
-    rig = damaged_rig(rig, damaged)
+    options, rig = ScoreOptions(method, threads=threads, body=body), damaged_rig(rig, damaged)
+    drawing = ToleranceOptions(errors, draws, seed, sample)
 
-    def of_scene() -> Scene:
+    @cache
+    def evaluate() -> Evaluator:
         assert scene is not None
-        return scene
+        return evaluator_of(scene.field, traffic, options)
+
+    def read(body: Body) -> Rig:
+        return with_blocking_mesh(rig, body, mesh_folder)
 
     makers: dict[str, Callable[[], Result]] = {
         "blind": lambda: blind(rig, profiles=profiles, threads=threads, mesh_folder=mesh_folder),
         "range": lambda: detection_range(
             rig, min_points=min_points, threads=threads, mesh_folder=mesh_folder
         ),
-        "redundancy": lambda: redundancy(
-            rig, of_scene(), traffic, min_points=min_points, halves=halves, method=method, body=body,
-            threads=threads, mesh_folder=mesh_folder,
-        ),
-        "tolerance": lambda: tolerance(
-            rig, of_scene(), traffic, errors=errors, draws=draws, seed=seed, sample=sample,
-            method=method, body=body, threads=threads, mesh_folder=mesh_folder,
-        ),
-        "audit": lambda: audit(rig, of_scene(), threads=threads, mesh_folder=mesh_folder),
+        "redundancy": lambda: _redundancy(evaluate(), read(options.body_of(rig)), min_points, halves),
+        "tolerance": lambda: _drawn(evaluate(), read(options.body_of(rig)), drawing),
+        "audit": lambda: AuditResult(audit_rig(evaluate().voxels, read("blocks"))),
         "mounts": lambda: mounts(rig, mesh_folder=mesh_folder),
         "footprint": lambda: footprints(rig, mesh_folder=mesh_folder),
     }  # fmt: skip

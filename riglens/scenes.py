@@ -213,7 +213,7 @@ def audit(
     """
     ScoreOptions(threads=threads).solid(body)
     rig = with_blocking_mesh(rig, "blocks", mesh_folder)
-    return AuditResult(audit_rig(scene.field, rig, "blocks", threads))
+    return AuditResult(audit_rig(Engine(scene.field, threads), rig))
 
 
 def with_blocking_mesh(rig: Rig, body: Body | None, folder: StrPath) -> Rig:

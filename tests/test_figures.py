@@ -203,19 +203,18 @@ GRID = "settings: {voxel_m: 0.5, roi_m: [20, 20, 4]}\n"
 )
 def test_a_file_of_requirements_can_limit_it(evaluator: Evaluator, limit: str, status: str) -> None:
     asked = requirements_in(f"riglens_requirements: 1\n{GRID}figures:\n- {limit}\n", "limits.yaml")
-    subject = Subject(RIG, "ignored", evaluator.field, evaluator.traffic, (), 1)
-    (verdict,) = Check(subject, asked).verdicts()
+    ignored = evaluator.by(EvaluationSettings(MetricSettings(body="ignored")))
+    (verdict,) = Check(Subject(RIG, ignored, ()), asked).verdicts()
     assert verdict.status == status and "car" in verdict.text
 
 
 def test_a_tolerance_spreads_it_with_the_worst_by_its_direction(evaluator: Evaluator) -> None:
-    assert evaluator.field is not None
-    measures = Measures(evaluator.field, evaluator.traffic, frames=6, threads=1, designed=RIG)
+    measures = Measures(evaluator, 6, RIG)
     found = tolerance(RIG, PROFILES[1], measures, 4, with_sensitivities=False)
     for cls in CLASSES:
         more, less = found.spreads[f"made_up {cls}"], found.spreads[f"unseen {cls}"]
         assert more.worst == min(more.values) and less.worst == max(less.values)
-    assert measures(RIG, Pose())["made_up car"] == more_of(evaluator)
+    assert measures(RIG, Pose())["made_up car"].value == more_of(evaluator)
 
 
 def more_of(evaluator: Evaluator) -> float:

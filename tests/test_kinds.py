@@ -201,7 +201,7 @@ def test_edits_among_three_kinds_give_the_scores_of_evaluations_from_scratch() -
 
 def test_the_cars_body_stops_its_rays_and_the_audit_says_which() -> None:
     field, inside = field_of(GRID), rig_with(probe(position=(0.0, 0.0, 0.8)))
-    (found,) = audit(field, inside).sensors
+    (found,) = audit(Engine(field), inside).sensors
     assert found.kind == "probe" and found.counts["hits_car"] > 0 and found.lost_nat["car"] > 0.0
     ends = body_ends(inside.sensors[0], solid_of(LOW))
     assert np.isfinite(ends).sum() == found.counts["hits_car"]

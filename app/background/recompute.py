@@ -310,8 +310,9 @@ class Recompute(QObject):
     def _found(self, request: BackgroundRequest, cancel: Callable[[], bool]) -> object:
         if isinstance(request, AuditRequest):
             from riglens.core.engine.audit import audit  # takes a second or two, and cannot be given up
+            from riglens.core.engine.engine import Engine
 
-            return audit(request.scene.field, request.rig, "blocks", self._threads)
+            return audit(Engine(request.scene.field, self._threads), request.rig)
         if isinstance(request, ToleranceRequest):
             from riglens.app.background.tolerating import Tolerating
 

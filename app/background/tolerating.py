@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 from riglens.app.background.background_requests import ToleranceProgress, ToleranceRequest
+from riglens.core.figures.evaluated import EvaluationSettings, Evaluator
 from riglens.core.review.measures import Measures
 from riglens.core.review.tolerance import SAMPLE_FRAMES, ToleranceRun
 
@@ -36,12 +38,11 @@ class Tolerating:
         return request is not None and request.group == group
 
     def _begin(self, request: ToleranceRequest) -> None:
-        self._request = request
-        self._run = ToleranceRun(request.rig, request.profile, request.draws)
-        self._measures = Measures(
-            request.scene.field, request.traffic, request.settings, SAMPLE_FRAMES, self._threads,
-            request.targets, request.rig,
-        )  # fmt: skip
+        settings = EvaluationSettings(request.settings, replace(request.targets, body=request.settings.body))
+        evaluate = Evaluator(request.scene.field, request.traffic, settings, self._threads)
+        self._request, self._measures = request, Measures(evaluate, SAMPLE_FRAMES, request.rig)
+        frames = self._measures.frames
+        self._run = ToleranceRun(request.rig, request.profile, request.draws, frames=frames)
 
     def forget(self) -> None:
         """Release the held memory."""

@@ -33,6 +33,7 @@ from riglens.core.blind.zones import BlindSettings
 from riglens.core.engine.audit import audit as audit_rig
 from riglens.core.engine.audit import audit_document
 from riglens.core.errors import InputError
+from riglens.core.figures.evaluated import Evaluator
 from riglens.core.footprint.document import footprints_document, footprints_of
 from riglens.core.footprint.ground import EN_62676_4, checked_limits
 from riglens.core.metric.entropy import EntropyField
@@ -46,7 +47,7 @@ from riglens.core.targets.detection_range_table import range_document
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import WITHIN_M, Traffic
 from riglens.evaluation.options import SceneOptions, ScoreOptions
-from riglens.jobs.reviewing import detection_range, drawn, redundancy_of
+from riglens.jobs.reviewing import detection_range, drawn, evaluator_of, redundancy_of
 
 REVIEW, FAILING = Group("Review", sort_key=5), Group("Redundancy", sort_key=8)
 
@@ -115,7 +116,7 @@ def review(
     paths = [path for files in outputs.values() for path in files.values()]
     require_outputs((rig, *blind_tables.profiles, *scene.files), json, *paths)
     found = Review(
-        opened, scene, score, TargetSettings(min_points=min_points), within,
+        parts, opened, scene, score, TargetSettings(min_points=min_points), within,
         blind, blind_tables, profiles, plan, range_tables, not no_objects, halves, tolerance, worst_case, limits,
     )  # fmt: skip
     made = {name: PARTS[name](found) for name in parts}
@@ -133,6 +134,7 @@ def review(
 class Review:
     """A rig under review; scene and traffic are loaded once, when the first part needs them."""
 
+    parts: list[str]
     rig: Rig
     scene: SceneOptions
     score: ScoreOptions
@@ -172,24 +174,32 @@ class Review:
         self.range_tables.write(found)
         return range_document(found), lambda: print_range(found)
 
+    @cached_property
+    def evaluate(self) -> Evaluator:
+        """The evaluator of all parts: with objects if one of them counts any."""
+        counts = ("redundancy" in self.parts and self.with_objects) or (
+            "tolerance" in self.parts and self.drawing.sample > 0
+        )
+        return evaluator_of(self.field, self.traffic if counts else None, self.score)
+
     def redundancy(self) -> Part:
         """Find what failures cost."""
-        traffic = self.traffic if self.with_objects else None
-        found = redundancy_of(self.rig, self.field, traffic, self.score, self.counting, self.halves, TERMINAL)
+        found = redundancy_of(
+            self.evaluate, self.rig, self.counting, self.with_objects, self.halves, TERMINAL
+        )
         return found.document(), lambda: print_redundancy(found)
 
     def tolerance(self) -> Part:
         """Draw errors and find how figures spread."""
-        traffic = self.traffic if self.drawing.sample else None
         with progress_bar("Drawing errors") as progress:
-            found, document = drawn(self.rig, self.field, traffic, self.score, self.drawing, progress)
+            found, document = drawn(self.evaluate, self.rig, self.drawing, progress)
         self.worst_case.write(found)
         return document, lambda: print_tolerance(found, document["body"])
 
     def audit(self) -> Part:
         """Follow every ray."""
         with progress_bar("Tracing rays"):
-            found = audit_rig(self.field, self.rig, "blocks", self.score.threads)
+            found = audit_rig(self.evaluate.voxels, self.rig)
         return audit_document(found), lambda: print_audit(found)
 
     def mounts(self) -> Part:

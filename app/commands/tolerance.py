@@ -14,6 +14,7 @@ from riglens.app.commands.options import all_of
 from riglens.app.terminal.console import results
 from riglens.app.terminal.tables import table
 from riglens.core.errors import InputError
+from riglens.core.figures.figure import SE_FACTOR
 from riglens.core.figures.registry import tolerated_figures
 from riglens.core.files import write_file
 from riglens.core.review.measures import measured_name
@@ -68,15 +69,19 @@ def print_tolerance(found: ToleranceResult, body: str) -> None:
         Text(f"{visible(found.rig.name)}: {_profile_text(found.profile)}; body {body}"), soft_wrap=True
     )
     console.print(_spread_table(found))
+    fewer = [figure.title for figure in tolerated_figures() if figure.better == "less"]
+    console.print(f"In %; more is better, of {', '.join(fewer)} less. {found.sample_text}", soft_wrap=True)
     console.print(
-        f"In %; more is better. {found.draws} draws (scrambled Sobol, seed {found.seed}), errors uniform within their "
+        f"{found.draws} draws (scrambled Sobol, seed {found.seed}), errors uniform within their "
         "limits. Noise floor: 5 to 95 % under errors of 1 mm and 0.01°, which are the lattice of rays and voxels.",
         soft_wrap=True,
     )
+    used, of = found.frames
     if found.sensitivities:
         console.print(_sensitivity_table(found))
         console.print(
-            "Percentage points at the error's limit, half the difference of plus and minus; the largest first.",
+            "Percentage points at the error's limit, half the difference of plus and minus; the largest first"
+            + (f"; objects on {used:,} of {of:,} frames." if used < of else "."),
             soft_wrap=True,
         )
 
@@ -106,7 +111,7 @@ def _profile_text(profile: ToleranceProfile) -> str:
 
 
 def _spread_table(found: ToleranceResult) -> Table:
-    titles = ("as designed", "median", "5 to 95 %", "worst", "draw", "noise floor")
+    titles = ("as designed", "median", "5 to 95 %", "worst", "±", "draw", "noise floor")
     made = table("figure", *titles, dense=True)
     for name, spread in found.spreads.items():
         floor = found.floor[name]
@@ -116,6 +121,7 @@ def _spread_table(found: ToleranceResult) -> Table:
             f"{100 * spread.median:.2f}",
             f"{100 * spread.p05:.2f} to {100 * spread.p95:.2f}",
             f"{100 * spread.worst:.2f}",
+            f"{100 * SE_FACTOR * spread.worst_se:.2f}" if spread.worst_se else "",
             f"{spread.worst_draw}",
             f"{100 * floor.p05:.2f} to {100 * floor.p95:.2f}",
         )

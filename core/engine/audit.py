@@ -80,8 +80,8 @@ class RigAudit:
         return next((found for found in self.sensors if found.name == name), None)
 
 
-def audit(field: EntropyField, rig: Rig, body: Body = "blocks", threads: int | None = None) -> RigAudit:
-    """Follow every ray of the rig's enabled sensors through the region.
+def audit(engine: Engine, rig: Rig, body: Body = "blocks") -> RigAudit:
+    """Follow every ray of the rig's enabled sensors through the region of an engine.
 
     A ray that meets the car counts for the car, wherever. Of the others, one that meets voxels which no other sensor
     of the rig sees brings something new; one that meets informative voxels, but only such, sees what others see; one
@@ -89,14 +89,12 @@ def audit(field: EntropyField, rig: Rig, body: Body = "blocks", threads: int | N
     the mesh file of the car's body has not been read.
     """
     settings = MetricSettings(body=body)
-    solid, car = solid_of(rig.vehicle), car_of(rig)
-    workers = jit.use_threads(threads)
-    engine = Engine(field, threads)
+    solid, car, field = solid_of(rig.vehicle), car_of(rig), engine.field
     engine.evaluate(rig, settings, False)
     enabled = [sensor for sensor in rig.sensors if sensor.enabled]
     marks = [np.array(engine.marks_of(sensor, "exact")) & field.index.words for sensor in enabled]
     once, twice = _seen_once_and_twice(field, marks)
-    caster = Caster(field, workers)
+    caster = Caster(field, engine.workers)
     audits = []
     for sensor, own in zip(enabled, marks, strict=True):
         barrier = barrier_of(sensor, car) if body == "blocks" else None

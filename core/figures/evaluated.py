@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -66,6 +67,36 @@ class Evaluated:
         return f"ground within {self.settings.blind.within_m:g} m of the car's outline"
 
 
+class _Engines:
+    """The engines of a scene, each made when it is first needed; with `first`, those of other rigs beside its own."""
+
+    def __init__(self, evaluator: Evaluator, first: _Engines | None = None) -> None:
+        self._field, self._traffic = evaluator.field, evaluator.traffic
+        self._threads, self._first = evaluator.threads, first
+        self._around: tuple[Vehicle, BlindSettings, BlindEngine] | None = None
+
+    @cached_property
+    def voxels(self) -> Engine:
+        """The engine of voxels."""
+        assert self._field is not None
+        return Engine(self._field, self._threads) if self._first is None else self._first.voxels
+
+    @cached_property
+    def objects(self) -> TargetEngine:
+        """The engine of objects."""
+        assert self._traffic is not None
+        if self._first is not None:
+            return self._first.objects.beside()
+        return TargetEngine(self._traffic, self._threads)
+
+    def ground_of(self, rig: Rig, settings: BlindSettings) -> BlindEngine:
+        """Return the engine of the ground around a rig's car; it stays until there is another car."""
+        key = (rig.vehicle, settings)
+        if self._around is None or self._around[:2] != key:
+            self._around = (*key, BlindEngine(*key, self._threads))
+        return self._around[2]
+
+
 @dataclass
 class Evaluator:
     """Evaluates one rig after another in one scene: only what an edit changes is cast again.
@@ -78,9 +109,10 @@ class Evaluator:
     traffic: Traffic | None = None
     settings: EvaluationSettings = EvaluationSettings()
     threads: int | None = None
-    _around: tuple[Vehicle, BlindSettings, BlindEngine] | None = dataclasses.field(
-        default=None, init=False, repr=False
-    )
+    _engines: _Engines = dataclasses.field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        self._engines = _Engines(self)
 
     def __call__(
         self,
@@ -105,27 +137,30 @@ class Evaluator:
             voxels = self.voxels.evaluate(rig, how.metric, with_seen, stance, cancel)
             found = replace(found, voxels=voxels)
         if "objects" in needs and self.traffic is not None:
-            objects = self.objects.evaluate(rig, how.targets, frames, stance, cancel)
+            objects = self._engines.objects.evaluate(rig, how.targets, frames, stance, cancel)
             found = replace(found, objects=objects)
         if "ground" in needs:
             found = replace(found, ground=self.ground_of(rig, how.blind).evaluate(rig, (), stance))
         return found
 
-    @cached_property
+    def by(self, settings: EvaluationSettings) -> Evaluator:
+        """Return this evaluator by other settings: its engines serve both, called from the same thread."""
+        other = copy.copy(self)
+        other.settings = settings
+        return other
+
+    def beside(self) -> Evaluator:
+        """Return an evaluator of other rigs, called from the same thread: the objects that this one has counted for a
+        sensor stay, and are used by both."""
+        other = copy.copy(self)
+        other._engines = _Engines(self, self._engines)
+        return other
+
+    @property
     def voxels(self) -> Engine:
         """The engine of voxels."""
-        assert self.field is not None
-        return Engine(self.field, self.threads)
-
-    @cached_property
-    def objects(self) -> TargetEngine:
-        """The engine of objects."""
-        assert self.traffic is not None
-        return TargetEngine(self.traffic, self.threads)
+        return self._engines.voxels
 
     def ground_of(self, rig: Rig, settings: BlindSettings) -> BlindEngine:
-        """Return the engine of the ground around a rig's car; it stays until there is another car."""
-        key = (rig.vehicle, settings)
-        if self._around is None or self._around[:2] != key:
-            self._around = (*key, BlindEngine(*key, self.threads))
-        return self._around[2]
+        """Return the engine of the ground around a rig's car."""
+        return self._engines.ground_of(rig, settings)

@@ -14,8 +14,7 @@ from riglens.core.figures.figure import SE_FACTOR
 from riglens.core.figures.objects import ObjectFigure, Part, parts_by_class, parts_by_sector
 from riglens.core.geometry import Pose
 from riglens.core.kernels.runtime import jit
-from riglens.core.metric.entropy import EntropyField
-from riglens.core.metric.scores import Body, MetricSettings, Scores
+from riglens.core.metric.scores import MetricSettings, Scores
 from riglens.core.review.findings import Finding, Verdict, amounts, missing
 from riglens.core.review.measures import Measures, measured_name
 from riglens.core.review.mounts import UNNAMED_KEEP_OUT, USUAL_KEEP_OUT, mounts_of, violations
@@ -65,15 +64,12 @@ NO_ROAD_USERS = "requirements ask for objects, and a stored POG has none: name a
 
 @dataclass(frozen=True)
 class Subject:
-    """Subject of a check: a rig, in a scene where one is needed, by profiles of objects, with threads. `body` is that
-    of traffic figures; blind zones and test objects always use a solid one."""
+    """Subject of a check: a rig, what evaluates it, in a scene where one is needed, and profiles of objects. The body
+    of its settings is that of traffic figures; blind zones and test objects always use a solid one."""
 
     rig: Rig
-    body: Body
-    field: EntropyField | None
-    traffic: Traffic | None
+    evaluate: Evaluator
     profiles: tuple[Profile, ...]
-    threads: int | None = None
 
 
 @dataclass(frozen=True)
@@ -112,7 +108,7 @@ class Check:
     def __init__(self, subject: Subject, asked: Requirements) -> None:
         for place, message in asked.problems([subject.rig], subject.profiles):
             raise InputError(f"{' '.join(str(part) for part in place)}: {message}")
-        asked.settings.require(subject.field, subject.traffic)
+        asked.settings.require(subject.evaluate.field, subject.evaluate.traffic)
         self._subject, self._asked = subject, asked
         self._drawn: dict[str, Draws[Figures]] = {}
         self._drawn_around: dict[str, Draws[dict[str, Finding]]] = {}
@@ -169,30 +165,20 @@ class Check:
 
     # ------------------------------------------------------------ what figures are made from
     @property
-    def _field(self) -> EntropyField:
-        assert self._subject.field is not None
-        return self._subject.field
-
-    @property
     def _traffic(self) -> Traffic:
-        if self._subject.traffic is None:
+        if self._evaluate.traffic is None:
             raise InputError(NO_ROAD_USERS)
-        return self._subject.traffic
-
-    @property
-    def _settings(self) -> MetricSettings:
-        return MetricSettings(body=self._subject.body)
+        return self._evaluate.traffic
 
     @cached_property
     def _evaluate(self) -> Evaluator:
-        subject, asked = self._subject, self._asked
-        how = TargetSettings(min_points=asked.settings.min_points, body=subject.body)
-        settings = EvaluationSettings(self._settings, how, asked.blind_settings)
-        return Evaluator(subject.field, subject.traffic, settings, subject.threads)
+        given, asked = self._subject.evaluate, self._asked
+        body = given.settings.metric.body
+        how = TargetSettings(min_points=asked.settings.min_points, body=body)
+        return given.by(EvaluationSettings(MetricSettings(body=body), how, asked.blind_settings))
 
     @cached_property
     def _evaluated(self) -> Evaluated:
-        assert self._field is not None
         return self._evaluate(self._subject.rig, ("voxels",))
 
     @property
@@ -213,7 +199,7 @@ class Check:
 
     @cached_property
     def _around(self) -> _Around:
-        return _Around(self._blind_engine, self._subject.rig, Pose(), self._subject.threads)
+        return _Around(self._blind_engine, self._subject.rig, Pose(), self._evaluate.threads)
 
     @cached_property
     def _voxels(self) -> Coverage:
@@ -323,7 +309,7 @@ class Check:
     def _findings_around(self, profile: str, rig: Rig, stance: Pose) -> dict[str, Finding]:
         """Return the figures required under a profile of errors, of a rig with such errors."""
         asked = [*self._asked.blind_areas, *self._asked.blind_objects]
-        around = _Around(self._blind_engine, standing(rig, stance), stance, self._subject.threads)
+        around = _Around(self._blind_engine, standing(rig, stance), stance, self._evaluate.threads)
         return {_key(one): self._around_finding(one, around) for one in asked if one.under == profile}
 
     def _around_finding(self, one: WorstCase, around: _Around) -> Finding:
@@ -383,12 +369,11 @@ class Check:
 
     @cached_property
     def _measures(self) -> Measures:
-        subject, asked = self._subject, self._asked
-        users = subject.traffic if any(one.of.needs == "objects" for one in asked.tolerance) else None
-        return Measures(
-            self._field, users, self._settings, asked.settings.sample_frames, subject.threads,
-            TargetSettings(min_points=asked.settings.min_points), subject.rig,
-        )  # fmt: skip
+        asked = self._asked
+        frames = (
+            asked.settings.sample_frames if any(one.of.needs == "objects" for one in asked.tolerance) else 0
+        )
+        return Measures(self._evaluate, frames, self._subject.rig)
 
     def _chance(self, one: Tolerated) -> Finding:
         if one.of.needs == "voxels" and not self._scores.classes[one.cls].h_total:
@@ -404,7 +389,7 @@ class Check:
         limit = f", after {last:,} draws, the most"
         for draws in _raised(one.draws, last):
             figures = drawn.first(draws)
-            values = [found[measured_name(one.of, one.cls)] for found in figures]
+            values = [found[measured_name(one.of, one.cls)].value for found in figures]
             below = sum(
                 value > one.limit if one.of.better == "less" else value < one.limit for value in values
             )

@@ -12,17 +12,15 @@ import numpy as np
 
 from riglens.core.blind.zones import HEIGHTS_M, BlindMap, By, Hole, share_seen
 from riglens.core.figures.objects import ObjectFigure
-from riglens.core.geometry import Pose
 from riglens.core.metric.entropy import EntropyField, nats
 from riglens.core.metric.scores import Body
 from riglens.core.plain import to_plain
 from riglens.core.review.findings import Verdict
-from riglens.core.review.measures import Measures
 from riglens.core.review.mounts import USUAL_LIMITS, Mount, Violation, mounts_of, violations
 from riglens.core.review.profiles import ONLY_GEOMETRY
 from riglens.core.review.redundancy import COVERED, Coverage, Failure, What, lost_share, share
 from riglens.core.review.requirements import Settings, size_text
-from riglens.core.review.tolerance import ToleranceResult, rig_of_draw
+from riglens.core.review.tolerance import ToleranceResult
 from riglens.core.review.verdicts import ObjectVerdict, ProfileVerdict
 from riglens.core.rig.model import FORMAT_VERSION, Rig
 from riglens.core.rig.yaml.file import identity_of
@@ -289,9 +287,11 @@ def places_document(figure: ObjectFigure, now: Counted, before: Counted | None =
     }
 
 
-def tolerance_document(found: ToleranceResult, body: str, measures: Measures | None = None) -> dict[str, Any]:
-    """Return the tolerance of a rig under one profile; with what measured it, also the sample and its standard
-    errors."""
+def tolerance_document(found: ToleranceResult, body: str) -> dict[str, Any]:
+    """Return the tolerance of a rig under one profile; sample: the frames in which objects were counted for each draw,
+    and the standard error of each worst draw's change from the rig as designed, whose figures are those of all frames.
+    """
+    frames, of_frames = found.frames
     return {
         "riglens": FORMAT_VERSION,
         "body": body,
@@ -302,20 +302,12 @@ def tolerance_document(found: ToleranceResult, body: str, measures: Measures | N
         "figures": {name: to_plain(spread, *SPREAD) for name, spread in found.spreads.items()},
         "noise_floor": {name: to_plain(spread, *SPREAD) for name, spread in found.floor.items()},
         "sensitivities": to_plain(found.sensitivities),
-        **({} if measures is None else {"sample": _sample(found, measures)}),
+        "sample": {
+            "frames": frames,
+            "of_frames": of_frames,
+            "worst_se": {name: found.spreads[name].worst_se for name in found.of_objects},
+        },
     }
-
-
-def _sample(found: ToleranceResult, measures: Measures) -> dict[str, Any]:
-    """Return the number of frames in which objects were counted, and the standard error of each worst draw's change
-    from the rig as designed, whose figures are those of all frames."""
-    frames, of_frames = measures.frames
-    worst_se = {}
-    for name in measures.of_objects(found.rig, Pose()):
-        if name in found.spreads:
-            drawn = rig_of_draw(found, found.spreads[name].worst_draw)
-            worst_se[name] = measures.of_objects(*drawn)[name].se
-    return {"frames": frames, "of_frames": of_frames, "worst_se": worst_se}
 
 
 def mounts_review_document(rig: Rig) -> dict[str, Any]:

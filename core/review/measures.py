@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+import math
+from collections.abc import Iterator, Mapping
 from functools import cached_property
+from typing import NamedTuple
 
 from riglens.core.errors import IsStale, never_stale
-from riglens.core.figures.evaluated import Evaluated, EvaluationSettings, Evaluator
+from riglens.core.figures.evaluated import Evaluator
 from riglens.core.figures.figure import Estimate, Figure
 from riglens.core.figures.objects import ObjectFigure
 from riglens.core.figures.registry import tolerated_figures
 from riglens.core.geometry import Pose
-from riglens.core.metric.entropy import EntropyField
-from riglens.core.metric.scores import PAPER_SETTINGS, MetricSettings
 from riglens.core.review.tolerance import standing
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.targets.settings import USUAL, TargetSettings
-from riglens.core.targets.traffic import Traffic
+from riglens.core.targets.counts import Counted
 
 
 def measured_name(figure: Figure, cls: str) -> str:
@@ -25,79 +24,86 @@ def measured_name(figure: Figure, cls: str) -> str:
     return f"{figure.key} {cls}"
 
 
+class _Designed(NamedTuple):
+    """The figures of the rig as designed in all frames, by key and class, and its counts in the sample."""
+
+    whole: Mapping[str, Mapping[str, Estimate]]
+    sample: Counted
+
+
 class Measures:
     """Measurement of rigs one after another: `KEY CLASS` of the leading figures, those of objects where there is
     traffic.
 
-    With `designed`, objects are counted in the first `frames` frames and in all of them for that rig alone: a figure
-    of objects is then its own plus the change that the sample shows, so that the rig as designed has one figure
-    everywhere.
-    For the thread of the parallel kernels.
+    Objects are counted in the first `frames` frames, 0 for none; what `evaluate` holds of a sensor is not cast again.
+    With `designed`, they are counted in all frames for that rig alone: a figure of objects is then its own plus the
+    change that the sample shows, object by object, with the standard error of that change, so that the rig as
+    designed has one figure everywhere. For the thread of the parallel kernels.
     """
 
-    def __init__(
-        self,
-        field: EntropyField,
-        traffic: Traffic | None,
-        settings: MetricSettings = PAPER_SETTINGS,
-        frames: int | None = None,
-        threads: int | None = None,
-        targets: TargetSettings = USUAL,
-        designed: Rig | None = None,
-    ) -> None:
-        how = EvaluationSettings(settings, replace(targets, body=settings.body))
-        self._evaluate = Evaluator(field, traffic, how, threads)
-        self._frames, self._designed = frames, designed
+    def __init__(self, evaluate: Evaluator, frames: int | None = None, designed: Rig | None = None) -> None:
+        self._evaluate, self._frames, self._designed = evaluate, frames, designed
+        self._of_design: _Designed | None = None
         wanted = tolerated_figures()
         self._of_voxels = tuple(one for one in wanted if one.needs == "voxels")
         self._of_objects = tuple(one for one in wanted if isinstance(one, ObjectFigure))
+
+    @cached_property
+    def _moved(self) -> Evaluator:
+        """Evaluates the rigs that are measured."""
+        return self._evaluate.beside()
 
     @property
     def frames(self) -> tuple[int, int]:
         """Return the number of frames in which objects are counted, and the total."""
         traffic = self._evaluate.traffic
-        most = 0 if traffic is None else traffic.frames
+        most = 0 if traffic is None or self._frames == 0 else traffic.frames
         return (most if self._frames is None else min(self._frames, most)), most
 
-    def __call__(self, rig: Rig, stance: Pose, cancel: IsStale = never_stale) -> dict[str, float]:
-        """Return the figures of a rig with a stance of its car; Cancelled as soon as `cancel` returns True."""
-        evaluated = self._evaluate(standing(rig, stance), ("voxels",), None, stance, cancel)
-        found = {
-            measured_name(one, cls): one.of(evaluated, cls).value
-            for one in self._of_voxels
-            for cls in CLASSES
-        }
-        counted = self.of_objects(rig, stance, cancel)
-        return found | {name: estimate.value for name, estimate in counted.items()}
-
-    def of_objects(self, rig: Rig, stance: Pose, cancel: IsStale = never_stale) -> dict[str, Estimate]:
-        """Return the figures of objects with the standard errors that the sample adds; nothing without traffic."""
+    def __call__(self, rig: Rig, stance: Pose, cancel: IsStale = never_stale) -> dict[str, Estimate]:
+        """Return the figures of a rig with a stance of its car, with the standard errors that the sample adds;
+        Cancelled as soon as `cancel` returns True."""
         used, most = self.frames
-        if not most:
-            return {}
-        sample = self._counted(standing(rig, stance), self._frames, stance, cancel)
-        found = {}
-        for figure in self._of_objects:
-            for cls in CLASSES:
-                estimate = figure.of(sample, cls)
-                if self._designed is not None and used < most:
-                    whole, designed = self._as_designed
-                    own, added = figure.of(whole, cls), figure.change(sample, designed, cls)
-                    estimate = Estimate(min(1.0, max(0.0, own.value + added.value)), added.sample_se)
-                found[measured_name(figure, cls)] = estimate
-        return found
+        designed = self._as_designed(cancel) if self._designed is not None and used < most else None
+        found = self._moved(
+            standing(rig, stance), ("voxels", "objects") if most else ("voxels",), used, stance, cancel
+        )
+        figures = {measured_name(one, cls): one.of(found, cls) for one in self._of_voxels for cls in CLASSES}
+        if found.objects is not None:
+            for one in self._of_objects:
+                names = (measured_name(one, cls) for cls in CLASSES)
+                figures |= zip(names, _estimates(one, found.objects, designed), strict=True)
+        return figures
 
-    @cached_property
-    def _as_designed(self) -> tuple[Evaluated, Evaluated]:
-        """Count for the rig as designed in all frames, and in the sample."""
+    def _as_designed(self, cancel: IsStale) -> _Designed:
+        """Return the counts of the rig as designed."""
         assert self._designed is not None
-        return self._counted(self._designed, None), self._counted(self._designed, self._frames)
+        if self._of_design is None:
+            whole = self._evaluate(self._designed, ("objects",), cancel=cancel).objects
+            sample = self._moved(self._designed, ("objects",), self._frames, cancel=cancel).objects
+            assert whole is not None and sample is not None
+            self._of_design = _Designed({one.key: _by_class(one, whole) for one in self._of_objects}, sample)
+        return self._of_design
 
-    def _counted(
-        self, rig: Rig, frames: int | None, stance: Pose = Pose(), cancel: IsStale = never_stale
-    ) -> Evaluated:
-        """Count with the sensors that make the figures: the others would take their time and play no part."""
-        kinds = {kind for one in self._of_objects for kind in one.kinds}
-        if all(one.kinds for one in self._of_objects):
-            rig = rig.only(one for one in rig.sensors if one.enabled and one.kind in kinds)
-        return self._evaluate(rig, ("objects",), frames, stance, cancel)
+
+def _estimates(figure: ObjectFigure, counted: Counted, designed: _Designed | None) -> Iterator[Estimate]:
+    """Yield a figure for each class; of all frames and changed as the sample shows, where there is a rig as designed.
+
+    A change that no object of the sample shows is known no better than by one of them: none has a smaller error."""
+    if designed is None:
+        for one in _by_class(figure, counted).values():
+            yield Estimate(one.value, one.sample_se)
+        return
+    cells = figure.cells(counted, designed.sample, in_detail=False)
+    left = math.sqrt(1.0 - counted.frames_used / counted.frames)
+    for row, own in enumerate(designed.whole[figure.key].values(), 1):
+        objects = int(cells.objects[row, 0]) if own.exists else 0
+        change, se = (float(one[row, 0]) if objects else 0.0 for one in (cells.change, cells.change_se))
+        least = left / max(objects, 1) if own.exists else 0.0
+        yield Estimate(min(1.0, max(0.0, own.value + change)), max(se, least))
+
+
+def _by_class(figure: ObjectFigure, counted: Counted) -> dict[str, Estimate]:
+    return {
+        cls: cells[0] for cls, cells in figure.estimates(counted, "all", CLASSES, in_detail=False).items()
+    }

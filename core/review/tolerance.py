@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Annotated, Generic, TypeVar
 
 import numpy as np
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from riglens.core.errors import InputError
+from riglens.core.figures.figure import Estimate, Figure
 from riglens.core.figures.registry import figure_named
 from riglens.core.geometry import Pose, rpy_deg_from_rotation
 from riglens.core.option_help import OptionHelp
@@ -26,7 +27,7 @@ from riglens.core.scene.boxes import Progress
 
 T = TypeVar("T")
 Doubles = NDArray[np.float64]
-Figures = Mapping[str, float]
+Figures = Mapping[str, Estimate]
 Measure = Callable[[Rig, Pose], Figures]
 """Figures by name, `KEY CLASS`, of a rig with a pose of its car in the frame of the traffic."""
 AXES = ("x", "y", "z", "roll", "pitch", "yaw")
@@ -116,7 +117,8 @@ class ToleranceOptions:
 
 @dataclass(frozen=True)
 class Spread:
-    """Spread of one figure: as designed, median, 5 and 95 percent of the draws, the worst, and its draw."""
+    """Spread of one figure: as designed, median, 5 and 95 percent of the draws, the worst, its draw, and the standard
+    error of its change from the rig as designed where that is of a sample."""
 
     nominal: float
     median: float
@@ -125,6 +127,7 @@ class Spread:
     worst: float
     worst_draw: int
     values: tuple[float, ...] = field(repr=False)
+    worst_se: float = 0.0
 
     @classmethod
     def of(cls, nominal: float, values: Sequence[float], less_is_better: bool = False) -> Spread:
@@ -137,17 +140,19 @@ class Spread:
 @dataclass(frozen=True)
 class Sensitivity:
     """Change by an error of one sensor at the profile's limit, by central differences: half the difference between plus
-    and minus, by figure."""
+    and minus, by figure; se: its standard error, at most, where it is of a sample."""
 
     sensor: str
     axis: str
     limit: float
-    effect: Figures
+    effect: Mapping[str, float]
+    se: Mapping[str, float]
 
 
 @dataclass(frozen=True)
 class ToleranceResult:
-    """Result of a profile for a rig: the spread of each figure, that of the noise floor, and sensitivities."""
+    """Result of a profile for a rig: the spread of each figure, that of the noise floor, and sensitivities; frames: in
+    which objects were counted for each draw, and of how many."""
 
     rig: Rig
     profile: ToleranceProfile
@@ -156,6 +161,25 @@ class ToleranceResult:
     spreads: Mapping[str, Spread]
     floor: Mapping[str, Spread]
     sensitivities: tuple[Sensitivity, ...]
+    frames: tuple[int, int] = (0, 0)
+
+    @property
+    def sample_text(self) -> str:
+        """Say where figures of objects were counted; empty without them."""
+        used, of = self.frames
+        if used == of:
+            return f"Objects in all {of:,} frames." if of else ""
+        return (
+            f"Objects: as designed in all {of:,} frames, changed as {used:,} of them show, object by object; ± are two "
+            "standard errors of that change in the worst draw."
+        )
+
+    @property
+    def of_objects(self) -> list[str]:
+        """Return the names of the figures of objects."""
+        return [
+            name for name in self.spreads if (one := _figure_of(name)) is not None and one.needs == "objects"
+        ]
 
 
 def errors_count(rig: Rig) -> int:
@@ -263,8 +287,15 @@ class ToleranceRun:
 
     Draws of the noise floor, a quarter as many, come in between, so that what is known half-way is known of both."""
 
-    def __init__(self, rig: Rig, profile: ToleranceProfile, draws: int = 64, seed: int = 0) -> None:
-        self.rig, self.profile, self.draws, self.seed = rig, profile, draws, seed
+    def __init__(
+        self,
+        rig: Rig,
+        profile: ToleranceProfile,
+        draws: int = 64,
+        seed: int = 0,
+        frames: tuple[int, int] = (0, 0),
+    ) -> None:
+        self.rig, self.profile, self.draws, self.seed, self._frames = rig, profile, draws, seed, frames
         units = unit_draws(draws, errors_count(rig), seed)
         few = max(1, draws // 4)
         self._steps = [(False, np.zeros(errors_count(rig)))]
@@ -302,7 +333,8 @@ class ToleranceRun:
         if not found or not floor:
             return None
         nominal, own = self._found[0], (self.rig, self.profile, self.draws, self.seed)
-        return ToleranceResult(*own, _spreads(nominal, found), _spreads(nominal, floor), tuple(sensitivities))
+        spreads, of_floor = _spreads(nominal, found), _spreads(nominal, floor)
+        return ToleranceResult(*own, spreads, of_floor, tuple(sensitivities), self._frames)
 
 
 def tolerance(
@@ -313,9 +345,11 @@ def tolerance(
     seed: int = 0,
     with_sensitivities: bool = True,
     progress: Progress | None = None,
+    frames: tuple[int, int] = (0, 0),
 ) -> ToleranceResult:
-    """Draw errors and measure the rig with each of them; the same seed gives the same draws."""
-    run = ToleranceRun(rig, profile, draws, seed)
+    """Draw errors and measure the rig with each of them; the same seed gives the same draws. `frames`: as in
+    the result."""
+    run = ToleranceRun(rig, profile, draws, seed, frames)
     axes = [axis for axis in _axes(rig, profile) if with_sensitivities]
     steps = run.steps + 2 * len(axes)
     done = iter(range(1, steps + 1))
@@ -334,16 +368,21 @@ def tolerance(
 
 
 def _spreads(nominal: Figures, found: Sequence[Figures]) -> dict[str, Spread]:
-    return {
-        name: Spread.of(value, [one[name] for one in found], is_less_better(name))
-        for name, value in nominal.items()
+    spreads = {
+        name: Spread.of(one.value, [drawn[name].value for drawn in found], is_less_better(name))
+        for name, one in nominal.items()
     }
+    return {name: replace(one, worst_se=found[one.worst_draw][name].se) for name, one in spreads.items()}
 
 
 def is_less_better(name: str) -> bool:
     """Return whether less of a measured figure, `KEY CLASS`, is better."""
-    figure = figure_named(name.partition(" ")[0])
+    figure = _figure_of(name)
     return figure is not None and figure.better == "less"
+
+
+def _figure_of(name: str) -> Figure | None:
+    return figure_named(name.partition(" ")[0])
 
 
 def _axes(rig: Rig, profile: ToleranceProfile) -> Iterator[tuple[str, str, int, float]]:
@@ -371,7 +410,10 @@ def _sensitivity(
     error = np.zeros(errors_count(rig))
     error[place] = 1.0
     more, less = (measured(*disturbed(rig, profile, sign * error)) for sign in (1.0, -1.0))
-    return Sensitivity(sensor, axis, limit, {name: (more[name] - less[name]) / 2.0 for name in more})
+    effect = {name: (more[name].value - less[name].value) / 2.0 for name in more}
+    return Sensitivity(
+        sensor, axis, limit, effect, {name: (more[name].se + less[name].se) / 2.0 for name in more}
+    )
 
 
 def rig_of_draw(result: ToleranceResult, draw: int, magnified: float = 1.0) -> tuple[Rig, Pose]:

@@ -106,7 +106,7 @@ def _lose_sensors() -> None:
 
 
 def _audit_rays() -> None:
-    audit(tiny_field(), RIG)
+    audit(Engine(tiny_field()), RIG)
 
 
 def _find_ranges() -> None:

@@ -11,7 +11,9 @@ from typing import Any, NamedTuple, Self
 
 from riglens.assets import asset_path
 from riglens.core.errors import InputError
+from riglens.core.figures.evaluated import EvaluationSettings, Evaluator
 from riglens.core.metric.entropy import EntropyField
+from riglens.core.metric.scores import MetricSettings
 from riglens.core.monitor import Monitor
 from riglens.core.review.check_junit import RigCheck
 from riglens.core.review.checking import NO_ROAD_USERS, Check, Subject
@@ -78,14 +80,18 @@ def checked(
     rigs: Sequence[Rig], score: ScoreOptions, scene: CheckData, asked: CheckInputs, monitor: Monitor
 ) -> Checked:
     """Check each rig against the requirements."""
-    checks = []
+    checks, evaluate = [], _evaluator(scene, score)
     for rig, title in zip(rigs, numbered([rig.name for rig in rigs]), strict=True):
         body = score.body_of(rig)
         with monitor.stage(f"Checking {visible(title)}") as progress:
-            subject = Subject(rig, body, scene.field, scene.traffic, asked.judged, score.threads)
-            verdicts = Check(subject, asked.required).verdicts(progress)
+            verdicts = Check(Subject(rig, evaluate, asked.judged), asked.required).verdicts(progress)
         checks.append(RigCheck(rig, body, verdicts, title, _sources(asked, scene, rig)))
     return Checked(checks, asked)
+
+
+def _evaluator(scene: CheckData, score: ScoreOptions) -> Evaluator:
+    settings = EvaluationSettings(MetricSettings(body=score.body))
+    return Evaluator(scene.field, scene.traffic, settings, score.threads)
 
 
 def scene_for(
@@ -105,8 +111,7 @@ def scene_for(
 
 def unmet_by(rig: Rig, score: ScoreOptions, scene: CheckData, asked: CheckInputs) -> tuple[str, ...]:
     """Return the requirements that a rig does not meet, by their ids."""
-    subject = Subject(rig, score.body_of(rig), scene.field, scene.traffic, asked.judged, score.threads)
-    verdicts = Check(subject, asked.required).verdicts()
+    verdicts = Check(Subject(rig, _evaluator(scene, score), asked.judged), asked.required).verdicts()
     return tuple(one.item.id for one in verdicts if not one.holds_on(asked.day))
 
 

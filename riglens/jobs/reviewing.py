@@ -27,10 +27,16 @@ from riglens.core.scene.boxes import Progress
 from riglens.core.targets.detection_range import DetectionRange, RangePlan
 from riglens.core.targets.detection_range_making import detection_range_of
 from riglens.core.targets.engine import warm_up
-from riglens.core.targets.settings import TargetSettings
+from riglens.core.targets.settings import USUAL, TargetSettings
 from riglens.core.targets.traffic import Traffic
 from riglens.evaluation.options import ScoreOptions
 from riglens.evaluation.scenario import settings_of
+
+
+def evaluator_of(field: EntropyField, traffic: Traffic | None, score: ScoreOptions) -> Evaluator:
+    """Return what evaluates rigs for all parts of a review in a scene."""
+    settings = EvaluationSettings(settings_of(score), replace(USUAL, body=score.body))
+    return Evaluator(field, traffic, settings, score.threads)
 
 
 def blind_zones(
@@ -76,37 +82,32 @@ class Redundancy:
 
 
 def redundancy_of(
+    evaluate: Evaluator,
     rig: Rig,
-    field: EntropyField,
-    traffic: Traffic | None,
-    score: ScoreOptions,
     counting: TargetSettings,
+    with_objects: bool,
     halves: bool,
     monitor: Monitor,
 ) -> Redundancy:
-    """Return a rig's coverage of voxels and, where there is traffic, of objects; with `halves` also the losses by
-    half-blocked sensors."""
-    settings = EvaluationSettings(settings_of(score), replace(counting, body=score.body))
-    evaluate, targets = Evaluator(field, traffic, settings, score.threads), None
+    """Return a rig's coverage of voxels and, if requested and where there is traffic, of objects; with `halves` also
+    the losses by half-blocked sensors."""
+    metric, targets = evaluate.settings.metric, None
+    evaluate = evaluate.by(replace(evaluate.settings, targets=replace(counting, body=metric.body)))
+    assert evaluate.field is not None
     with monitor.stage("Casting rays"):
         voxels = coverage_of(evaluate, rig, "voxels", halves)
-    if traffic is not None:
+    if with_objects and evaluate.traffic is not None:
         with monitor.stage("Counting objects"):
             targets = coverage_of(evaluate, rig, "objects", halves)
-    return Redundancy(rig, score.body_of(rig), field, voxels, targets, counting.min_points)
+    return Redundancy(rig, metric.body or rig.body, evaluate.field, voxels, targets, counting.min_points)
 
 
 def drawn(
-    rig: Rig,
-    field: EntropyField,
-    traffic: Traffic | None,
-    score: ScoreOptions,
-    options: ToleranceOptions,
-    progress: Progress | None = None,
+    evaluate: Evaluator, rig: Rig, options: ToleranceOptions, progress: Progress | None = None
 ) -> tuple[ToleranceResult, dict[str, Any]]:
     """Draw errors of a rig; return how its figures spread, also as plain data."""
-    traffic = traffic if options.sample else None
-    measure = Measures(field, traffic, settings_of(score), options.sample, score.threads, designed=rig)
-    profile = profile_called(options.errors)
-    found = tolerance(rig, profile, measure, options.draws, options.seed, options.sensitivities, progress)
-    return found, tolerance_document(found, score.body_of(rig), measure)
+    measure, profile = Measures(evaluate, options.sample, rig), profile_called(options.errors)
+    found = tolerance(
+        rig, profile, measure, options.draws, options.seed, options.sensitivities, progress, measure.frames
+    )
+    return found, tolerance_document(found, evaluate.settings.metric.body or rig.body)

@@ -11,7 +11,6 @@ from pydantic import AfterValidator, Field
 
 from riglens.core.blind.zones import BlindMap
 from riglens.core.engine.audit import audit, audit_document
-from riglens.core.engine.engine import Engine
 from riglens.core.errors import InputError
 from riglens.core.figures.documents import estimate_document, evaluation_document
 from riglens.core.figures.evaluated import Evaluated, EvaluationSettings, Evaluator
@@ -38,7 +37,7 @@ from riglens.core.review.documents import (
 from riglens.core.review.measures import Measures
 from riglens.core.review.mounts import USUAL_LIMITS, mounts_of, violations
 from riglens.core.review.profiles import Profile, bundled_profiles
-from riglens.core.review.redundancy import NO_EVIDENCE, target_coverage, voxel_coverage
+from riglens.core.review.redundancy import NO_EVIDENCE, coverage_of, target_coverage
 from riglens.core.review.requirements import Requirements
 from riglens.core.review.tolerance import MAX_DRAWS, SAMPLE_FRAMES, profile_called, tolerance
 from riglens.core.review.verdicts import verdicts
@@ -52,7 +51,7 @@ from riglens.core.targets.detection_range import USUAL_PLAN
 from riglens.core.targets.detection_range_making import detection_range_of
 from riglens.core.targets.detection_range_table import range_document
 from riglens.core.targets.settings import TargetSettings
-from riglens.core.targets.traffic import WITHIN_M, Traffic
+from riglens.core.targets.traffic import WITHIN_M
 from riglens.evaluation.loading import note_data
 from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.evaluation.scenario import load_scenario, settings_of
@@ -228,7 +227,7 @@ def report_of(plan: ReportPlan, tell: Stage, monitor: Monitor = SILENT) -> Repor
         progress = stages.begin("Finding detection ranges", rig.name)
         ranges = detection_range_of(rig, USUAL_PLAN, score.threads, progress=progress)
         footprints.append(footprints_of(rig))
-        parts.append(_parts(plan, evaluated[-1], evaluate.voxels, traffic, stages))
+        parts.append(_parts(plan, evaluated[-1], evaluate, stages))
         parts[-1] |= {
             "range": range_document(ranges),
             "footprint": _footprint(rig, footprints[-1]),
@@ -277,37 +276,31 @@ def report_profiles() -> tuple[tuple[Profile, ...], list[str]]:
 def _parts(
     plan: ReportPlan,
     evaluated: Evaluated,
-    engine: Engine,
-    traffic: Traffic | None,
+    evaluate: Evaluator,
     stages: Stages,
 ) -> dict[str, Any]:
     """Return the figures of one rig on its own."""
-    rig, field, found, counts = evaluated.rig, engine.field, evaluated.ground, evaluated.objects
+    rig, found, counts = evaluated.rig, evaluated.ground, evaluated.objects
     assert found is not None
-    settings, threads = settings_of(plan.score), plan.score.threads
     body, profiles = plan.score.body_of(rig), report_profiles()[0]
-    judged = verdicts(rig, profiles, "blocks", jit.use_threads(threads))
+    judged = verdicts(rig, profiles, "blocks", jit.use_threads(evaluate.threads))
     mounted = mounts_document(rig, mounts_of(rig), violations(rig, USUAL_LIMITS))
     stages.begin("Following rays", rig.name)
-    audited = audit_document(audit(field, rig, "blocks", threads))
+    audited = audit_document(audit(evaluate.voxels, rig))
     stages.begin("Counting redundancy", rig.name)
-    voxels = voxel_coverage(engine, rig, settings.method)
-    users = None
-    if traffic is not None and counts is not None:
-        users = target_coverage(counts)
+    voxels = coverage_of(evaluate, rig, "voxels")
+    users = None if counts is None else target_coverage(counts)
     spread = None
     if plan.draws:
         progress = stages.begin("Drawing errors", rig.name)
-        measure = Measures(field, traffic, settings, SAMPLE_FRAMES, threads, designed=rig)
-        assembly = profile_called("assembly")
-        drawn = tolerance(rig, assembly, measure, plan.draws, plan.seed, False, progress)
-        spread = tolerance_document(drawn, body, measure)
+        measure, assembly = Measures(evaluate, SAMPLE_FRAMES, rig), profile_called("assembly")
+        drawn = tolerance(rig, assembly, measure, plan.draws, plan.seed, False, progress, measure.frames)
+        spread = tolerance_document(drawn, body)
     checked = None
     if plan.requirements is not None:
         progress = stages.begin("Checking requirements", rig.name)
-        subject = Subject(rig, body, field, traffic, profiles, threads)
-        sources = settings_document(plan.requirements.settings, field, traffic)
-        every = Check(subject, plan.requirements).verdicts(progress)
+        sources = settings_document(plan.requirements.settings, evaluate.field, evaluate.traffic)
+        every = Check(Subject(rig, evaluate, profiles), plan.requirements).verdicts(progress)
         checked = check_document(rig, body, every, sources)
     return {
         "blind": blind_document(found, judged),

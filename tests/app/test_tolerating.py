@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,7 @@ from riglens.app.background.background_requests import ToleranceProgress, Tolera
 from riglens.app.background.recompute import Recompute
 from riglens.app.background.tolerating import Tolerating
 from riglens.core.errors import Cancelled
+from riglens.core.figures.evaluated import EvaluationSettings, Evaluator
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.review.measures import Measures
 from riglens.core.review.tolerance import SAMPLE_FRAMES, profile_called, tolerance
@@ -71,8 +73,12 @@ def test_the_spread_is_that_of_the_command_bit_for_bit_and_fills_in_on_the_way(w
     request = worker.request()
     worker.recompute.ask_in_background([request])
     worker.qtbot.waitUntil(lambda: bool(worker.answers) and worker.answers[-1].is_whole, timeout=TIMEOUT_MS)
-    measure = Measures(worker.scene.field, worker.traffic, SETTINGS, SAMPLE_FRAMES, 1, designed=RIG)
-    assert worker.answers[-1].result == tolerance(RIG, SERVICE, measure, DRAWS, with_sensitivities=False)
+    settings = EvaluationSettings(SETTINGS, replace(USUAL, body=SETTINGS.body))
+    evaluate = Evaluator(worker.scene.field, worker.traffic, settings, 1)
+    measure = Measures(evaluate, SAMPLE_FRAMES, designed=RIG)
+    assert worker.answers[-1].result == tolerance(
+        RIG, SERVICE, measure, DRAWS, with_sensitivities=False, frames=measure.frames
+    )
     assert [answer.done for answer in worker.answers] == [4, 8, 11]
     assert all(asked is request for asked in worker.asked)
     assert all(answer.result is not None for answer in worker.answers)

@@ -9,6 +9,7 @@ from itertools import count
 import pytest
 
 from riglens.core.engine.audit import audit
+from riglens.core.engine.engine import Engine
 from riglens.core.geometry import Pose
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.model import Camera, Rig, Sensor, Vehicle
@@ -117,7 +118,7 @@ def test_audit(race: Race, scenes: Scenes) -> None:
     race.run(
         Goal("body", f"audit of W+T ({rays} rays), one thread, {scene.edge}", 1.0, "higher"),
         cases,
-        lambda _: audit(scene.field, rig, threads=1),
+        lambda _: audit(Engine(scene.field, 1), rig),
         lambda move: competent_edit(scene, move),
         scale=rays / rig.sensor("LIDAR_1").ray_count,
         rounds=ROUNDS,

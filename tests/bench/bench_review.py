@@ -12,6 +12,7 @@ import pytest
 from riglens.core.blind.zones import BlindEngine, BlindSettings
 from riglens.core.engine.engine import Engine
 from riglens.core.engine.inspect import covered_at_least
+from riglens.core.figures.evaluated import Evaluator
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.review.measures import Measures
 from riglens.core.review.mounts import USUAL_LIMITS, violations
@@ -85,7 +86,7 @@ def test_mounts_of_one_step(bars: list[Bar], rounds: int) -> None:
 
 def test_what_an_edit_waits_for_tolerances(bars: list[Bar], scenes: Scenes, rounds: int) -> None:
     """While nobody edits, draws are measured one after the other: how long until one says that it gives way."""
-    rig, measures = wide_trapezoid(), Measures(scenes.at(0.1).field, None, threads=THREADS)
+    rig, measures = wide_trapezoid(), Measures(Evaluator(scenes.at(0.1).field, threads=THREADS))
     run = ToleranceRun(rig, profile_called("assembly"), 16)
     waits: list[float] = []
     for _ in range(rounds):

@@ -24,7 +24,7 @@ def test_the_shares_of_each_sensor_add_up_to_one_and_rays_count_once() -> None:
         vehicle=LOW
     )
     for body in ("ignored", "blocks"):
-        for sensor, found in zip(rig.sensors, audit(field, rig, body).sensors, strict=True):  # type: ignore[arg-type]
+        for sensor, found in zip(rig.sensors, audit(Engine(field), rig, body).sensors, strict=True):  # type: ignore[arg-type]
             assert found.rays == sensor.ray_count and tuple(found.counts) == RAY_OUTCOMES
             assert sum(found.shares.values()) == pytest.approx(1.0, abs=1e-12)
             assert body == "blocks" or found.counts["hits_car"] == 0
@@ -40,7 +40,7 @@ def test_inside_a_closed_car_every_beam_hits_it_and_all_is_lost() -> None:
         ),
     )
     field = field_of(GRID)
-    (found,) = audit(field, rig).sensors
+    (found,) = audit(Engine(field), rig).sensors
     assert found.shares["hits_car"] == 1.0 and found.status.problem.endswith("m inside the body")
     free, cut = (
         Engine(field).evaluate(rig, MetricSettings(body=body)).scores.classes["car"].lidar  # type: ignore[arg-type]
@@ -67,14 +67,14 @@ def test_a_single_ray_has_the_fate_that_geometry_gives_it(
     mask = np.full(GRID.shape, informative)
     mask[0, 0, 0] = True
     ray = Lidar(name="a", position=(3.0, 0.1, 2.0), elevations_deg=(elevation,), azimuths_deg=(0.0,))
-    (found,) = audit(field_of(GRID, mask), rig_of(ray), "ignored").sensors
+    (found,) = audit(Engine(field_of(GRID, mask)), rig_of(ray), "ignored").sensors
     assert found.counts[fate] == 1 and found.shares[fate] == 1.0
 
 
 def test_what_two_sensors_both_see_is_new_with_neither_and_what_passes_by_never_enters() -> None:
     ray = Lidar(name="a", position=(3.0, 0.1, 2.0), elevations_deg=(0.0,), azimuths_deg=(0.0,))
     away = ray.replace(position=(30.0, 0.1, 2.0))
-    found = audit(field_of(GRID), rig_of(ray, ray.replace(name="b"), away), "ignored").sensors
+    found = audit(Engine(field_of(GRID)), rig_of(ray, ray.replace(name="b"), away), "ignored").sensors
     outcomes = [next(fate for fate in RAY_OUTCOMES if sensor.counts[fate]) for sensor in found]
     assert outcomes == ["seen_by_others", "seen_by_others", "never_enters"]
 

@@ -103,7 +103,7 @@ def test_two_halves_make_a_whole_and_both_blocked_see_nothing(sensor: Sensor) ->
     assert not any(found.any() for found in scores.objects.detected(1).values())
     with_body = MetricSettings(body="blocks")
     assert Engine(field, 1).evaluate(Rig(sensors=(blind,)), with_body).scores.classes is not None
-    assert audit(field, Rig(sensors=(blind,))) is not None
+    assert audit(Engine(field), Rig(sensors=(blind,))) is not None
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -212,7 +212,7 @@ def test_edits_give_the_scores_of_evaluations_from_scratch() -> None:
 def test_a_bumpers_skin_lets_radar_pass_and_the_rest_of_the_body_does_not() -> None:
     field, car = field_of(grid_of(60, 60, 8, 0.5)), Vehicle()
     behind_skin = radar((car.length / 2.0 - 0.05, 0.0, 0.5), NEAR)
-    (ahead,) = audit(field, Rig(vehicle=car, sensors=(behind_skin,))).sensors
+    (ahead,) = audit(Engine(field), Rig(vehicle=car, sensors=(behind_skin,))).sensors
     (back,) = audit(
         field, Rig(vehicle=car, sensors=(behind_skin.replace(rpy_deg=(0.0, 0.0, 180.0)),))
     ).sensors

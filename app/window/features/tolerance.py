@@ -197,7 +197,8 @@ def tip_of(found: ToleranceResult) -> str:
         for name, s in found.spreads.items()
     ]
     how = f"riglens review RIG --only tolerance --errors {found.profile.name} --draws {found.draws}"
-    return "\n".join([*lines, f"{found.profile.name} is {found.profile.source}.", f"As {how}"])
+    said = [found.sample_text] if found.sample_text else []
+    return "\n".join([*lines, *said, f"{found.profile.name} is {found.profile.source}.", f"As {how}"])
 
 
 def requirements_of_figures(path: Path) -> Requirements:

@@ -13,6 +13,7 @@ from pytestqt.qtbot import QtBot
 
 from riglens.app.window.features.audit import Audit
 from riglens.core.engine.audit import RAY_OUTCOMES, RigAudit, audit
+from riglens.core.engine.engine import Engine
 from riglens.core.rig.model import Rig
 from riglens.widgets.panels.checks.audit import ASKED, OUTCOMES, OUTDATED, percents
 from tests.app.window.desk import Desk
@@ -24,7 +25,7 @@ FIELD = random_field(grid_of(40, 40, 8, 0.5), np.random.default_rng(3), share=0.
 
 
 def audited(rig: Rig) -> RigAudit:
-    return audit(FIELD, rig, "blocks", 1)
+    return audit(Engine(FIELD, 1), rig)
 
 
 @pytest.fixture
@@ -97,6 +98,6 @@ def test_the_thread_follows_rays_as_the_command_does(qtbot: QtBot, tmp_path: Pat
         bench.document.select("roof")
         bench.features.audit.follow_rays()
         qtbot.waitUntil(lambda: bench.features.audit.answer is not None, timeout=TIMEOUT_MS)
-        expected = audit(bench.scenes[-1].field, RIG, bench.session.body, 1)
+        expected = audit(Engine(bench.scenes[-1].field, 1), RIG, bench.session.body)
         found = bench.features.audit.answer[1]
         assert [s.counts for s in found.sensors] == [s.counts for s in expected.sensors]

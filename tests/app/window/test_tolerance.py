@@ -11,6 +11,7 @@ from pytestqt.qtbot import QtBot
 
 from riglens.app.background.background_requests import ToleranceProgress
 from riglens.app.window.features.tolerance import DRAWS, Tolerance, magnified, range_of
+from riglens.core.figures.figure import Estimate
 from riglens.core.review.tolerance import (
     PROFILES,
     Spread,
@@ -46,7 +47,10 @@ def tell(desk: FullDesk, steps: int) -> ToleranceProgress:
     run = ToleranceRun(request.rig, request.profile, request.draws)
     for step in range(steps):
         run.take(
-            {f"seen {name}": 0.5 - 0.01 * (step % 7) * (place + 1) for place, name in enumerate(CLASSES)}
+            {
+                f"seen {name}": Estimate(0.5 - 0.01 * (step % 7) * (place + 1))
+                for place, name in enumerate(CLASSES)
+            }
         )
     answer = ToleranceProgress(run.done, run.steps, run.result())
     feature(desk)._take(request, answer)

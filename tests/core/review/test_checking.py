@@ -12,7 +12,9 @@ import pytest
 from riglens.core.blind.zones import BlindEngine
 from riglens.core.engine.engine import Engine
 from riglens.core.errors import InputError
+from riglens.core.figures.evaluated import EvaluationSettings, Evaluator
 from riglens.core.metric.entropy import EntropyField
+from riglens.core.metric.scores import MetricSettings
 from riglens.core.review.check_junit import RigCheck, junit_xml
 from riglens.core.review.checking import Check, Subject
 from riglens.core.review.documents import check_document, settings_document
@@ -60,6 +62,9 @@ ABSENT = (
 )
 
 
+IGNORED = EvaluationSettings(MetricSettings(body="ignored"))
+
+
 def required(text: str) -> Requirements:
     head = "riglens_requirements: 1\n" if text.startswith("settings") else HEAD
     return requirements_in(head + text, "required.yaml")
@@ -68,7 +73,7 @@ def required(text: str) -> Requirements:
 def subject(rig: Rig, seed: int = 4) -> Subject:
     rng = np.random.default_rng(seed)
     field, traffic = random_field(SMALL, rng), some_traffic(rng)
-    return Subject(rig, "ignored", field, traffic, bundled_profiles())
+    return Subject(rig, Evaluator(field, traffic, IGNORED), bundled_profiles())
 
 
 def verdicts(rig: Rig, text: str) -> tuple[Verdict, ...]:
@@ -207,8 +212,8 @@ def test_any_two_kinds_detect_an_object_together() -> None:
     radar = Radar(name="radar", position=(0.0, 0.0, 1.0), scans=(far,))
     asked = subject(Rig(sensors=(dense_lidar(1.9, 64, 360), radar)))
     (verdict,) = Check(asked, required("on_target: [{class: car, figure: both, at_least: 0}]")).verdicts()
-    assert asked.traffic is not None
-    targets = TargetEngine(asked.traffic, 1).evaluate(asked.rig)
+    assert asked.evaluate.traffic is not None
+    targets = TargetEngine(asked.evaluate.traffic, 1).evaluate(asked.rig)
     assert verdict.finding.value == parts(targets)["car"].total.both.value > 0.0
 
 
@@ -220,7 +225,7 @@ def test_a_class_that_the_scene_has_not_is_not_applicable(text: str) -> None:
     counts[..., CLASSES.index("car")] = 0
     field = EntropyField.from_pog(synthetic_pog(SMALL, counts, 50))
     nobody = replace(traffic, cls=np.full_like(traffic.cls, CLASSES.index("bicycle")))
-    asked = Subject(some_rig(), "ignored", field, nobody, bundled_profiles())
+    asked = Subject(some_rig(), Evaluator(field, nobody, IGNORED), bundled_profiles())
     for verdict in Check(asked, required(text)).verdicts():
         assert (verdict.status, verdict.passes) == ("not applicable", False)
 
@@ -231,8 +236,8 @@ def test_predicted_detection_is_that_of_the_targets_and_nothing_outside_its_doma
     each = f"class: car, figure: {figure}"
     text = f"predicted_detection: [{{{each}, at_least: 0}}, {{{each}, ring_m: [0, 20], at_least: 1}}]"
     whole, near = Check(asked, required(text)).verdicts()
-    assert asked.traffic is not None
-    scores = TargetEngine(asked.traffic, threads=1).evaluate(asked.rig)
+    assert asked.evaluate.traffic is not None
+    scores = TargetEngine(asked.evaluate.traffic, threads=1).evaluate(asked.rig)
     calibration = scores.calibration if figure == "predicted" else scores.settings.recall
     table = parts(scores)["car"]
     rings = [ring[figure] for ring in table.rings[:2]]
@@ -256,8 +261,8 @@ def test_a_ring_without_road_users_is_not_applicable() -> None:
 
 def test_a_sector_has_the_figure_of_its_objects_and_one_without_them_is_not_applicable() -> None:
     asked = subject(some_rig())
-    assert asked.traffic is not None
-    sectors = by_sector(TargetEngine(asked.traffic, threads=1).evaluate(asked.rig))["car"]
+    assert asked.evaluate.traffic is not None
+    sectors = by_sector(TargetEngine(asked.evaluate.traffic, threads=1).evaluate(asked.rig))["car"]
     text = ", ".join(f"{{class: car, sector: {sector}, at_least: 0}}" for sector in sectors)
     found = Check(asked, required(f"on_target: [{text}]")).verdicts()
     assert 0 < sum(row.objects > 0 for row in sectors.values()) < len(sectors)
@@ -358,10 +363,11 @@ def test_a_rig_that_detects_little_meets_no_limit_of_losses() -> None:
 
 def test_a_scene_that_is_not_that_of_the_requirements_is_refused() -> None:
     asked = subject(some_rig())
-    assert asked.field is not None
-    sha256, frames = "ab" * 32, asked.field.data.frames
-    data = replace(asked.field.data, sha256=sha256)
-    asked = replace(asked, field=replace(asked.field, data=data), traffic=None)
+    field = asked.evaluate.field
+    assert field is not None
+    sha256, frames = "ab" * 32, field.data.frames
+    field = replace(field, data=replace(field.data, sha256=sha256))
+    asked = replace(asked, evaluate=Evaluator(field, None, IGNORED))
     seen = "\nseen: [{class: car, at_least: 0}]"
     right = f"{GRID}, boxes_sha256: {sha256}, frames: {frames}"
     assert Check(asked, required(f"settings: {{{right}}}{seen}")).verdicts()[0].passes
@@ -418,13 +424,13 @@ def test_more_draws_begin_with_those_of_fewer_and_are_those_of_the_tolerance() -
     for few in (1, 5, 8):
         assert np.array_equal(unit_draws(40, 15, 7)[:few], unit_draws(few, 15, 7))
     field = random_field(SMALL, np.random.default_rng(0))
-    draws = Draws(rig, profile, 7, Measures(field, None))
+    draws = Draws(rig, profile, 7, Measures(Evaluator(field)))
     assert len(draws.first(3)) == 3 and len(draws.first(6)) == 6
     errors = unit_draws(6, errors_count(rig), 7)
     for found, error in zip(draws.first(6), errors, strict=True):
         moved = standing(*disturbed(rig, profile, error))
         seen = Engine(field).evaluate(moved, with_seen=False).scores.classes["car"].any_seen
-        assert found["seen car"] == seen
+        assert found["seen car"].value == seen
 
 
 # ---------------------------------------------------------------- failures and draws

@@ -1,17 +1,21 @@
 """Tolerances: nothing comes of nothing, small errors add up as their derivatives say, a car moves with its sensors."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 
 from riglens.core.engine.engine import Engine
 from riglens.core.errors import Cancelled, InputError
+from riglens.core.figures.evaluated import EvaluationSettings, Evaluator
+from riglens.core.figures.figure import SE_FACTOR, Estimate
 from riglens.core.figures.registry import tolerated_figures
 from riglens.core.geometry import Pose
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.review.documents import tolerance_document
 from riglens.core.review.measures import Measures, measured_name
+from riglens.core.review.redundancy import coverage_of
 from riglens.core.review.tolerance import (
     PROFILES,
     Spread,
@@ -26,9 +30,10 @@ from riglens.core.review.tolerance import (
     unit_draws,
     worst_rig,
 )
-from riglens.core.rig.model import Rig, Vehicle
+from riglens.core.rig.model import Rig, Sensor, Vehicle
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.grid import VoxelGrid
+from riglens.core.targets.contribution import TargetCaster
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.vehicle.solid import solid_of
@@ -40,13 +45,13 @@ from tests.core.targets.cases import parts
 SMALL = VoxelGrid(0.5, (20.0, 16.0, 4.0))
 
 
-def ring_m(rig: Rig, stance: Pose) -> dict[str, float]:
+def ring_m(rig: Rig, stance: Pose) -> dict[str, Estimate]:
     """Where the optical axes of the sensors, which look down, meet the ground: smooth in every error."""
     total = 0.0
     for sensor in standing(rig, stance).sensors:
         ahead = sensor.pose.rotation()[:, 0]
         total += sensor.position[0] - sensor.position[2] * ahead[0] / ahead[2]
-    return {"ring": total}
+    return {"ring": Estimate(total)}
 
 
 def looking_down() -> Rig:
@@ -64,7 +69,7 @@ def test_without_tolerance_there_is_no_spread_and_the_rig_is_the_very_same() -> 
     for errors in unit_draws(4, errors_count(rig), 1):
         assert disturbed(rig, nothing, errors) == (rig, Pose())
     field = random_field(SMALL, np.random.default_rng(0))
-    found = tolerance(rig, nothing, Measures(field, None), 8)
+    found = tolerance(rig, nothing, Measures(Evaluator(field)), 8)
     for spread in found.spreads.values():
         assert {spread.nominal, spread.median, spread.p05, spread.p95, spread.worst} == {spread.nominal}
     assert found.sensitivities == ()
@@ -178,17 +183,21 @@ def test_a_pitching_car_takes_body_and_sensors_along_and_leaves_the_traffic() ->
     np.testing.assert_allclose(turned.triangles_m, stance.transform(solid.triangles_m), atol=1e-9)
     assert turned.fingerprint != solid.fingerprint
     blocked = MetricSettings(body="blocks")
-    with_body = Measures(field, traffic, blocked)(rig, stance)
-    free = Measures(field, traffic, MetricSettings())(rig, stance)
+    with_body, free = (
+        Measures(Evaluator(field, traffic, EvaluationSettings(one, TargetSettings(body=one.body))))(
+            rig, stance
+        )
+        for one in (blocked, MetricSettings())
+    )
     lost = [
-        (free[name] - with_body[name]) * (1.0 if figure.better == "more" else -1.0)
+        (free[name].value - with_body[name].value) * (1.0 if figure.better == "more" else -1.0)
         for figure in tolerated_figures()
         for name in (measured_name(figure, cls) for cls in CLASSES)
     ]
     assert min(lost) >= 0.0 and max(lost) > 0.0
     engine = Engine(field)
     there = engine.evaluate(moved, blocked, False, stance=stance).scores.classes["car"].any_seen
-    assert there == with_body["seen car"]
+    assert there == with_body["seen car"].value
     assert engine.evaluate(moved, blocked, False).scores.classes["car"].any_seen != there
 
 
@@ -198,7 +207,7 @@ def test_the_worst_draw_can_be_drawn_again() -> None:
     found = tolerance(rig, profile, ring_m, 100, seed=3, with_sensitivities=False)
     spread = found.spreads["ring"]
     errors = unit_draws(100, errors_count(rig), 3)[spread.worst_draw]
-    assert ring_m(*disturbed(rig, profile, errors))["ring"] == spread.worst == min(spread.values)
+    assert ring_m(*disturbed(rig, profile, errors))["ring"].value == spread.worst == min(spread.values)
     assert found.sensitivities == () and len(spread.values) == 100
     assert all(profile.source for profile in PROFILES)
 
@@ -225,7 +234,7 @@ def test_draws_taken_one_by_one_with_pauses_are_those_of_one_go() -> None:
 def test_a_measurement_that_is_given_up_gives_nothing_and_the_next_is_whole() -> None:
     rng = np.random.default_rng(5)
     field, traffic, rig = random_field(SMALL, rng), some_traffic(rng), random_rig(rng, 3)
-    measures, never = Measures(field, traffic), Measures(field, traffic)
+    measures, never = (Measures(Evaluator(field, traffic)) for _ in range(2))
     with pytest.raises(Cancelled):
         measures(rig, Pose(), cancel=lambda: True)
     assert measures(rig, Pose(), cancel=lambda: False) == never(rig, Pose())
@@ -235,35 +244,76 @@ def test_the_rig_as_designed_has_its_figure_of_all_frames_and_errors_change_it_a
     rng = np.random.default_rng(5)
     field, traffic, rig = random_field(SMALL, rng), some_traffic(rng), random_rig(rng, 3)
     used, settings = 7, TargetSettings(body=MetricSettings().body)
-    measures = Measures(field, traffic, frames=used, designed=rig)
+    evaluate = Evaluator(field, traffic, EvaluationSettings(targets=settings))
+    measures = Measures(evaluate, used, rig)
     whole = TargetEngine(traffic).evaluate(rig, settings)
     assert measures.frames == (used, 12)
-    found = tolerance(rig, profile_called("service"), measures, 8, with_sensitivities=False)
+    profile = profile_called("service")
+    found = tolerance(rig, profile, measures, 8, with_sensitivities=False, frames=measures.frames)
     moved, stance = rig_of_draw(found, found.spreads["on_target car"].worst_draw)
     before, after = (TargetEngine(traffic).evaluate(one, settings, used).objects for one in (rig, moved))
     gain, frame = after.on_target - before.on_target, traffic.frame_of_box[before.box]
-    document = tolerance_document(found, "ignored", measures)["sample"]
+    document = tolerance_document(found, "ignored")["sample"]
     assert document["frames"] == used and {f"on_target {c}" for c in CLASSES} <= set(document["worst_se"])
     for number, cls in enumerate(CLASSES):
         total = parts(whole)[cls].total.on_target.value
-        assert found.spreads[f"on_target {cls}"].nominal == total == measures(rig, Pose())[f"on_target {cls}"]
+        assert (
+            found.spreads[f"on_target {cls}"].nominal
+            == total
+            == measures(rig, Pose())[f"on_target {cls}"].value
+        )
         mine = traffic.cls[before.box] == number
         change, sums = gain[mine].mean(), np.zeros(used)
         np.add.at(sums, frame[mine], gain[mine] - change)
-        se = math.sqrt((sums**2).sum() / (used - 1) * (1 - used / 12) * used) / mine.sum()
-        estimate = measures.of_objects(moved, stance)[f"on_target {cls}"]
+        se = math.sqrt((1 - used / 12) * max((sums**2).sum() / (used - 1) * used, 1.0)) / mine.sum()
+        estimate = measures(moved, stance)[f"on_target {cls}"]
         assert estimate.value == pytest.approx(total + change) and estimate.se == pytest.approx(se)
-    worst = found.spreads["on_target car"].worst
-    assert (
-        worst
-        == measures.of_objects(moved, stance)["on_target car"].value
-        < parts(whole)["car"].total.on_target.value
-    )
-    assert (
-        document["worst_se"]["on_target car"] == measures.of_objects(moved, stance)["on_target car"].se > 0.0
-    )
-    free = Measures(field, traffic, frames=used)(rig, Pose())
-    assert free["on_target car"] != measures(rig, Pose())["on_target car"]
+    worst, again = found.spreads["on_target car"].worst, measures(moved, stance)["on_target car"]
+    assert worst == again.value < parts(whole)["car"].total.on_target.value
+    assert document["worst_se"]["on_target car"] == again.se > 0.0
+    free = Measures(Evaluator(field, traffic), used)(rig, Pose())
+    assert free["on_target car"].value != measures(rig, Pose())["on_target car"].value
+
+
+def test_a_draw_of_some_frames_is_within_its_error_of_the_same_draw_in_all() -> None:
+    rng = np.random.default_rng(5)
+    field, traffic, rig = random_field(SMALL, rng), some_traffic(rng), random_rig(rng, 3)
+    few, every = (Measures(Evaluator(field, traffic), used, rig) for used in (9, None))
+    profile, away = profile_called("service"), list[float]()
+    for errors in unit_draws(4, errors_count(rig), 1):
+        moved = disturbed(rig, profile, errors)
+        sampled, whole = few(*moved), every(*moved)
+        assert sampled.keys() == whole.keys()
+        for name, one in sampled.items():
+            assert whole[name].se == 0.0
+            away += [abs(one.value - whole[name].value) / one.se] if one.se else []
+            assert one.se or name.startswith("seen ")
+    assert len(away) > 20 and np.mean(np.array(away) <= SE_FACTOR) > 0.8 and max(away) < 4.0
+
+
+def test_only_what_an_error_moves_is_cast_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    rng, cast = np.random.default_rng(5), list[tuple[float, float, float]]()
+    field, traffic, rig = random_field(SMALL, rng), some_traffic(rng), random_rig(rng, 3)
+    real = TargetCaster.cast
+
+    def counted(self: TargetCaster, sensor: Sensor, *how: Any) -> Any:
+        cast.append(sensor.position)
+        return real(self, sensor, *how)
+
+    monkeypatch.setattr(TargetCaster, "cast", counted)
+    evaluate = Evaluator(field, traffic)
+    coverage_of(evaluate, rig, "objects")
+    measures = Measures(evaluate, 7, rig)
+    measures(rig, Pose())
+    assert sorted(cast) == sorted(sensor.position for sensor in rig.sensors)
+    for number in range(len(rig.sensors)):
+        for way in (1.0, -1.0):
+            cast.clear()
+            errors = np.zeros(errors_count(rig))
+            errors[6 * number] = way
+            moved, stance = disturbed(rig, profile_called("service"), errors)
+            measures(moved, stance)
+            assert cast == [moved.sensors[number].position]
 
 
 def test_the_worst_rig_is_magnified_to_be_seen() -> None:
