@@ -35,6 +35,6 @@ def _status_bytes(name: str) -> int:
 def run_script(name: str, *arguments: object) -> list[int]:
     """Run a script of this folder in a fresh interpreter; the whole numbers that it prints."""
     command = [sys.executable, "-m", f"tests.bench.{name}", *map(str, arguments)]
-    done = subprocess.run(command, cwd=_ROOT, capture_output=True, encoding="utf-8", timeout=300)
+    done = subprocess.run(command, cwd=_ROOT, capture_output=True, encoding="utf-8", timeout=1200)
     assert done.returncode == 0, done.stderr
     return [int(number) for number in done.stdout.split()]

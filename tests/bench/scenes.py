@@ -16,7 +16,7 @@ from riglens.core.engine.caster import Caster
 from riglens.core.engine.engine import Engine
 from riglens.core.geometry import Pose
 from riglens.core.metric.entropy import EntropyField
-from riglens.core.rig.library import Library, read_entries
+from riglens.core.rig.library import Library, read_entries, sensor_from_model
 from riglens.core.rig.model import Camera, LinearAngles, Rig, Sensor
 from riglens.core.rig.presets import preset
 from riglens.core.scene.boxes import CLASSES
@@ -115,6 +115,35 @@ def dense_rays(sensor: Sensor) -> Sensor:
 def names_of(rig: Rig, kind: str) -> list[str]:
     """Names of the sensors of a kind, in order."""
     return [sensor.name for sensor in rig.sensors if sensor.kind == kind]
+
+
+@lru_cache
+def car(name: str) -> Rig:
+    """Return a car that is built, or a larger one, by its name; its body is solid."""
+    if name == "60 sensors":
+        production = preset("production car")
+        more = [
+            one.model_copy(update={"name": f"{one.name}_{turn}"})
+            for turn in "ABC"
+            for one in production.sensors
+        ]
+        return production.model_copy(update={"sensors": tuple(more[:60])})
+    if name not in ("production car", "Waymo car"):
+        corners = [(1.8, 0.7), (1.8, -0.7), (-1.8, 0.7), (-1.8, -0.7)]
+        lidars = [
+            sensor_from_model(
+                "ouster-os1-128", f"LIDAR_{number}", Pose((x, y, 1.7), (2.0, 3.0, 90.0 * number))
+            )
+            for number, (x, y) in enumerate(corners)
+        ]
+        cameras = [
+            sensor_from_model(
+                "generic-front-8mp-120", f"CAM_{number}", Pose((0.0, 0.0, 1.6), (0.0, 4.0, 45.0 * number))
+            )
+            for number in range(8)
+        ]
+        return preset("production car").model_copy(update={"name": name, "sensors": (*lidars, *cameras)})
+    return preset(name)
 
 
 def moved(sensor: Sensor, number: int) -> Sensor:
