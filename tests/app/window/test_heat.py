@@ -45,15 +45,27 @@ def pick(bench: Bench, row: int = 0) -> Pick:
     return found
 
 
-def test_every_mode_can_be_chosen_and_says_what_it_is(bench: Bench) -> None:
-    heat = bench.features.heat
+def test_every_mode_can_be_chosen_says_what_it_is_and_a_click_finds_the_voxel(bench: Bench) -> None:
+    heat, grid = bench.features.heat, bench.scenes[-1].field.grid
     for shown in voxel_heat_maps():
         heat.set_mode(shown.key)
         bench.settle()
-        assert bench.viewport.state.heatmap.title == f"{shown.title}, car"
+        data = bench.viewport.state.heatmap
+        assert data.title == f"{shown.title}, car"
+        row = int(np.abs(data.values).argmax())
+        if not data.values[row]:
+            continue
+        pick(bench, row)
+        at = [grid.centres_m(axis)[place] for axis, place in enumerate(bench.session.voxel)]
+        assert np.abs(at - data.centres_m[row]).max() <= data.cell_m / 2.0
     heat.set_mode(OFF)
     bench.settle()
     assert bench.viewport.state.heatmap is None
+    bench.session.pick(None)
+    bench.viewport.cell_picked.emit(
+        PickedCell(0, np.array(at), data.cell_m, ViewRay(np.array(at) + 9.0, -np.ones(3) / 3.0**0.5))
+    )
+    assert bench.session.voxel is not None  # of a click that the view saw before the map was off
 
 
 def test_changes_are_counted_from_the_baseline_of_the_scores(bench: Bench) -> None:
