@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from rich.progress import Progress, TaskID
 
 from riglens.app.commands import main
 from riglens.core.rig.library import LIBRARY_VARIABLE
@@ -54,13 +55,27 @@ Run = Callable[..., Outcome]
 
 @pytest.fixture
 def riglens(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Run:
-    """`riglens ARGUMENTS...` in this process, which forgets the libraries that `--library` names afterwards."""
+    """`riglens ARGUMENTS...` in this process, which forgets the libraries that `--library` names afterwards.
+
+    Every progress bar moves from 0 to 1 and never back.
+    """
     monkeypatch.setenv(LIBRARY_VARIABLE, "")
+    told, update = list[tuple[Progress, float]](), Progress.update
+
+    def note(bar: Progress, task: TaskID, *, completed: float, **fields: Any) -> None:
+        told.append((bar, completed))
+        update(bar, task, completed=completed, **fields)
+
+    monkeypatch.setattr(Progress, "update", note)
 
     def run(*arguments: object) -> Outcome:
         capfd.readouterr()
+        told.clear()
         code = main([str(argument) for argument in arguments])
         out, err = capfd.readouterr()
+        for bar in {bar for bar, _ in told}:
+            shares = [share for one, share in told if one is bar]
+            assert shares == sorted(shares) and shares[0] >= 0.0 and shares[-1] <= 1.0, (arguments, shares)
         return Outcome(code, out, err)
 
     return run

@@ -63,13 +63,6 @@ def test_two_added_sensors_do_not_stand_in_each_other(bench: FullDesk) -> None:
     assert first.name != second.name
 
 
-def test_what_needs_a_selection_is_only_there_with_one(bench: FullDesk) -> None:
-    keys = ("duplicate", "delete", "hide", "enable", "lock", "rename", "cut", "copy")
-    assert not any(bench.workbench.actions[key].isEnabled() for key in keys)
-    click_row(bench, "front")
-    assert all(bench.workbench.actions[key].isEnabled() for key in keys)
-
-
 def test_picking_in_the_view_and_in_the_list_is_the_same(bench: FullDesk) -> None:
     bench.viewport.sensor_picked.emit("front")
     assert bench.document.selected == "front"

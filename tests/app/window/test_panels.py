@@ -119,14 +119,6 @@ def test_a_locked_sensor_stays_where_it_is_when_it_is_dragged(bench: Bench) -> N
     assert bench.viewport.dragged is None
 
 
-def test_the_view_is_told_which_sensors_cannot_be_moved(bench: Bench) -> None:
-    assert bench.viewport.state.fixed == frozenset()
-    click(bench, "roof", LOCK)
-    assert bench.viewport.state.fixed == {"roof"}
-    click(bench, "roof", LOCK)
-    assert bench.viewport.state.fixed == frozenset()
-
-
 def test_an_unlocked_sensor_can_be_edited_again(bench: Bench) -> None:
     click(bench, "roof")
     bench.qtbot.keyClick(bench.window, Qt.Key.Key_L, CTRL)
