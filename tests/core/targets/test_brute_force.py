@@ -8,6 +8,8 @@ from riglens.core.kernels.rays.tiles import OWN_RAYS
 from riglens.core.metric.scores import Body
 from riglens.core.rig.library import default_library, sensor_from_model
 from riglens.core.rig.model import BrownConrady, Camera, Rig
+from riglens.core.sensors.radar import Radar, RadarScan
+from riglens.core.sensors.ultrasonic import Ultrasonic
 from riglens.core.targets.beams import beams_of
 from riglens.core.targets.counts import Counted
 from riglens.core.targets.engine import TargetEngine
@@ -170,3 +172,21 @@ def test_parts_of_near_road_users_under_dense_sensors(seed, law):
     world, rig = random_traffic(rng, 16, 14), rig_of(lidar, camera)
     found = check(world, rig, TargetSettings(range_law=law))
     assert found.objects.all_points.max() > 100 and found.objects.pixels.max() > 400
+
+
+@pytest.mark.parametrize("side", [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1)])
+def test_ranges_that_end_within_what_stands_on_every_side(side):
+    """Boxes as long as wide as tall, in the direction that sectors and a picture look at; some are out of range."""
+    x, y, z = (9.0 * part for part in side)
+    rpy = (5.0, 90.0 * side[2], float(np.degrees(np.arctan2(-y, -x))))
+    world = traffic([(n, n % 3, (-x, -y, 10.0 - z), (6.0, 6.0, 6.0), 0.2 * n) for n in range(4)], 4)
+    sector = {"azimuth_deg": (-40.0, 40.0), "elevation_deg": (-40.0, 40.0)}
+    for end in (4.0, 6.5, 8.0, 11.0, 13.5):
+        place = {"position": (0.0, 0.0, 10.0), "rpy_deg": rpy, "range_m": (0.0, end)}
+        rig = rig_of(
+            Camera(name="C", **place, hfov_deg=90.0, cast=(40, 24)),
+            Radar(name="R", **place, scans=(RadarScan(**sector, range_m=end),), step_deg=3.0),
+            Ultrasonic(name="U", **place, **sector, pole_range_m=end, wall_range_m=end, step_deg=3.0),
+        )
+        found = check(world, rig, TargetSettings(shape="box", range_law=False))
+        assert bool(found.objects.pixels.sum()) == (end > 5.0)
