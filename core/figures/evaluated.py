@@ -68,7 +68,8 @@ class Evaluated:
 
 
 class _Engines:
-    """The engines of a scene, each made when it is first needed; with `first`, those of other rigs beside its own."""
+    """The engines of a scene, each made when it is first needed; with `first`, those of other rigs beside its own,
+    which count objects in any one thread."""
 
     def __init__(self, evaluator: Evaluator, first: _Engines | None = None) -> None:
         self._field, self._traffic = evaluator.field, evaluator.traffic
@@ -86,7 +87,7 @@ class _Engines:
         """The engine of objects."""
         assert self._traffic is not None
         if self._first is not None:
-            return self._first.objects.beside()
+            return self._first.objects.beside(threads=1)
         return TargetEngine(self._traffic, self._threads)
 
     def ground_of(self, rig: Rig, settings: BlindSettings) -> BlindEngine:
@@ -150,8 +151,8 @@ class Evaluator:
         return other
 
     def beside(self) -> Evaluator:
-        """Return an evaluator of other rigs, called from the same thread: the objects that this one has counted for a
-        sensor stay, and are used by both."""
+        """Return an evaluator of other rigs: the objects that this one has counted for a sensor stay, and are used by
+        both. Call it from the same thread; objects alone from any, while that one evaluates voxels."""
         other = copy.copy(self)
         other._engines = _Engines(self, self._engines)
         return other

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from functools import cached_property
 from typing import NamedTuple
 
 from riglens.core.errors import IsStale, never_stale
-from riglens.core.figures.evaluated import Evaluator
+from riglens.core.figures.evaluated import Evaluated, Evaluator
 from riglens.core.figures.figure import Estimate, Figure
 from riglens.core.figures.objects import ObjectFigure
 from riglens.core.figures.registry import tolerated_figures
@@ -65,15 +67,23 @@ class Measures:
         Cancelled as soon as `cancel` returns True."""
         used, most = self.frames
         designed = self._as_designed(cancel) if self._designed is not None and used < most else None
-        found = self._moved(
-            standing(rig, stance), ("voxels", "objects") if most else ("voxels",), used, stance, cancel
-        )
+        found = self._found(standing(rig, stance), stance, cancel)
         figures = {measured_name(one, cls): one.of(found, cls) for one in self._of_voxels for cls in CLASSES}
         if found.objects is not None:
             for one in self._of_objects:
                 names = (measured_name(one, cls) for cls in CLASSES)
                 figures |= zip(names, _estimates(one, found.objects, designed), strict=True)
         return figures
+
+    def _found(self, rig: Rig, stance: Pose, cancel: IsStale) -> Evaluated:
+        """Evaluate a rig: its objects are counted while its voxels are evaluated, where there are threads for both."""
+        used, most = self.frames
+        if not most or self._evaluate.threads == 1:
+            return self._moved(rig, ("voxels", "objects") if most else ("voxels",), used, stance, cancel)
+        with ThreadPoolExecutor(1) as other:
+            counting = other.submit(self._moved, rig, ("objects",), used, stance, cancel)
+            voxels = self._moved(rig, ("voxels",), None, stance, cancel)
+            return replace(voxels, objects=counting.result().objects)
 
     def _as_designed(self, cancel: IsStale) -> _Designed:
         """Return the counts of the rig as designed."""

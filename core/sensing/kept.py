@@ -22,6 +22,7 @@ class KeptAnswers:
         self._answers = OrderedDict[tuple[Callable[..., Any], Hashable], tuple[Any, dict[int, int]]]()
         """By function and argument, the last used last, with the bytes of their arrays by identity."""
         self._lock = threading.Lock()
+        self._finding: dict[tuple[Callable[..., Any], Hashable], threading.Lock] = {}
 
     def of(self, find: Callable[[_Asked], _Found]) -> Callable[[_Asked], _Found]:
         """Cache the results of a function of one argument; the latest result of all functions is always kept."""
@@ -30,19 +31,34 @@ class KeptAnswers:
         def found(asked: _Asked) -> _Found:
             key = find, asked
             with self._lock:
-                if (held := self._answers.pop(key, None)) is not None:
-                    self._answers[key] = held  # the last one now
+                if (held := self._held(key)) is not None:
                     answer: _Found = held[0]
                     return answer
-            new = find(asked)
-            with self._lock:
-                self._answers.pop(key, None)  # another thread's
-                self._answers[key] = new, _arrays_of(new)
-                while len(self._answers) > 1 and self.size_bytes > self.limit_bytes:
-                    self._answers.popitem(last=False)
+                finding = self._finding.setdefault(key, threading.Lock())
+            with finding:  # of two threads that ask for the same one waits for the other
+                with self._lock:
+                    if (held := self._held(key)) is not None:
+                        answer = held[0]
+                        return answer
+                try:
+                    new = find(asked)
+                    with self._lock:
+                        self._answers[key] = new, _arrays_of(new)
+                        while len(self._answers) > 1 and self.size_bytes > self.limit_bytes:
+                            self._answers.popitem(last=False)
+                finally:
+                    with self._lock:
+                        self._finding.pop(key, None)
             return new
 
         return found
+
+    def _held(self, key: tuple[Callable[..., Any], Hashable]) -> tuple[Any, dict[int, int]] | None:
+        """Return what is held by a key, which is now the last one used."""
+        held = self._answers.pop(key, None)
+        if held is not None:
+            self._answers[key] = held
+        return held
 
     @property
     def size_bytes(self) -> int:

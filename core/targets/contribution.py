@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 from dataclasses import dataclass
 from functools import reduce
@@ -112,6 +113,12 @@ class TargetCaster:
         self._objects = np.flatnonzero(traffic.counts)
         before = np.concatenate([[0], np.cumsum(traffic.counts)])
         self._ranks, self._objects_before = np.where(traffic.counts, before[:-1], -1), before[traffic.starts]
+
+    def with_workers(self, workers: int) -> TargetCaster:
+        """Return a caster with another number of workers that shares the boxes of this one."""
+        other = copy.copy(self)
+        other._workers = workers
+        return other
 
     def _boxes_of(self, shape: Shape) -> FrameBoxes:
         """Return the boxes for the kernels."""

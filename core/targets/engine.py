@@ -54,11 +54,14 @@ class TargetEngine:
         self._groups: Groups | None = None
         self._gatherer = Gatherer(self._workers)
 
-    def beside(self) -> TargetEngine:
-        """Return an engine for other rigs, called from the same thread; each uses what the other holds of a sensor."""
+    def beside(self, threads: int | None = None) -> TargetEngine:
+        """Return an engine for other rigs, by default with as many threads, called while this one rests; each uses what
+        the other holds of a sensor."""
         other = copy.copy(self)
+        if threads == 1:
+            other._workers, other._caster = 1, self._caster.with_workers(1)
         other._held, other._shown, other._groups = {}, set(), None
-        other._gatherer = Gatherer(self._workers)
+        other._gatherer = Gatherer(other._workers)
         return other
 
     @property

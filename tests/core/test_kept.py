@@ -1,5 +1,8 @@
 """Tables of rays are kept by their bytes: many small ones, few large ones, always the last."""
 
+import threading
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 
 from riglens.core.rig.model import BrownConrady, Camera
@@ -53,3 +56,35 @@ def test_bytes_are_those_of_all_arrays_in_tuples_and_fields_each_once():
     before = RAYS.size_bytes
     RAYS.of(lambda _: (table, None))(0)
     assert RAYS.size_bytes == before
+
+
+class _Asked:
+    """Equal to all of its kind; says when it is compared with another one."""
+
+    def __init__(self, compared: threading.Event) -> None:
+        self._compared = compared
+
+    def __hash__(self) -> int:
+        return 1
+
+    def __eq__(self, other: object) -> bool:
+        self._compared.set()
+        return isinstance(other, _Asked)
+
+
+def test_of_two_threads_that_ask_for_the_same_one_waits_for_the_other():
+    begun, compared, made = threading.Event(), threading.Event(), list[int]()
+
+    def find(_: _Asked) -> np.ndarray:
+        made.append(1)
+        begun.set()
+        assert compared.wait(30.0)
+        return np.zeros(3)
+
+    found = KeptAnswers(1000).of(find)
+    with ThreadPoolExecutor(2) as threads:
+        one = threads.submit(found, _Asked(compared))
+        assert begun.wait(30.0)
+        other = threads.submit(found, _Asked(compared))
+        assert one.result() is other.result()
+    assert made == [1]
