@@ -9,6 +9,8 @@ from dataclasses import replace
 from functools import cached_property
 from typing import NamedTuple
 
+import numpy as np
+
 from riglens.core.errors import IsStale, never_stale
 from riglens.core.figures.evaluated import Evaluated, Evaluator
 from riglens.core.figures.figure import Estimate, Figure
@@ -19,6 +21,9 @@ from riglens.core.review.tolerance import standing
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.targets.counts import Counted
+
+FEW_CHANGED = 10
+"""Objects of a sample below which their changes do not tell how much those of others differ. Our choice."""
 
 
 def measured_name(figure: Figure, cls: str) -> str:
@@ -99,17 +104,19 @@ class Measures:
 def _estimates(figure: ObjectFigure, counted: Counted, designed: _Designed | None) -> Iterator[Estimate]:
     """Yield a figure for each class; of all frames and changed as the sample shows, where there is a rig as designed.
 
-    A change that no object of the sample shows is known no better than by one of them: none has a smaller error."""
+    A change that hardly any object of the sample shows may be there in others: its error is at least what one makes."""
     if designed is None:
         for one in _by_class(figure, counted).values():
             yield Estimate(one.value, one.sample_se)
         return
     cells = figure.cells(counted, designed.sample, in_detail=False)
     left = math.sqrt(1.0 - counted.frames_used / counted.frames)
+    has_changed = np.nan_to_num(figure.values(counted) - figure.values(designed.sample)) != 0.0
+    changed = np.bincount(counted.groups.cls[has_changed], minlength=len(CLASSES))
     for row, own in enumerate(designed.whole[figure.key].values(), 1):
         objects = int(cells.objects[row, 0]) if own.exists else 0
         change, se = (float(one[row, 0]) if objects else 0.0 for one in (cells.change, cells.change_se))
-        least = left / max(objects, 1) if own.exists else 0.0
+        least = left / max(objects, 1) if own.exists and changed[row - 1] < FEW_CHANGED else 0.0
         yield Estimate(min(1.0, max(0.0, own.value + change)), max(se, least))
 
 

@@ -14,7 +14,7 @@ from riglens.core.figures.registry import tolerated_figures
 from riglens.core.geometry import Pose
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.review.documents import tolerance_document
-from riglens.core.review.measures import Measures, measured_name
+from riglens.core.review.measures import FEW_CHANGED, Measures, measured_name
 from riglens.core.review.redundancy import coverage_of
 from riglens.core.review.tolerance import (
     PROFILES,
@@ -265,7 +265,8 @@ def test_the_rig_as_designed_has_its_figure_of_all_frames_and_errors_change_it_a
         mine = traffic.cls[before.box] == number
         change, sums = gain[mine].mean(), np.zeros(used)
         np.add.at(sums, frame[mine], gain[mine] - change)
-        se = math.sqrt((1 - used / 12) * max((sums**2).sum() / (used - 1) * used, 1.0)) / mine.sum()
+        few = np.count_nonzero(gain[mine]) < FEW_CHANGED
+        se = math.sqrt((1 - used / 12) * max((sums**2).sum() / (used - 1) * used, 1.0 * few)) / mine.sum()
         estimate = measures(moved, stance)[f"on_target {cls}"]
         assert estimate.value == pytest.approx(total + change) and estimate.se == pytest.approx(se)
     worst, again = found.spreads["on_target car"].worst, measures(moved, stance)["on_target car"]
