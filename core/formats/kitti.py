@@ -18,7 +18,7 @@ from riglens.core.errors import InputError
 from riglens.core.formats.base import Format
 from riglens.core.formats.frames import Matrix, from_optical, inverse, se3
 from riglens.core.formats.lenses import brown_conrady, pinhole
-from riglens.core.formats.matrices import quoted_numbers, rigid_of, rotation_of
+from riglens.core.formats.matrices import projected, quoted_numbers, rigid_of, rotation_of
 from riglens.core.formats.mounts import Mounting, Origin
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source, Value
@@ -155,15 +155,8 @@ def _add_projection(
 ) -> None:
     name = f"cam{index}"
     projection = np.array([word.number(quoted=True) for word in value.elements(12)]).reshape(3, 4)
-    k = projection[:, :3]
-    if (
-        not (k[0, 0] > 0.0 and k[1, 1] > 0.0 and abs(k[2, 2] - 1.0) < 1e-6)
-        or np.abs(np.tril(k, -1)).max() > 1e-6
-    ):
-        value.refuse("a projection matrix K [I | t]", "another matrix")
-    centre = -np.linalg.solve(k, projection[:, 3])
-    pose = velo_SE3_rectified @ se3(np.eye(3), centre)
-    lens: dict[str, Any] = pinhole(k)
+    pose = velo_SE3_rectified @ projected(value, projection)
+    lens: dict[str, Any] = pinhole(projection)
     lens["image"] = image or mounting.unknown_image(name, RECTIFIED_IMAGE, lens)
     mounting.add("camera", name, from_optical(pose), **lens)
 

@@ -13,6 +13,8 @@ from riglens.core.formats.mounts import Mounting
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source, Value
 
+SHORTEST_PX = 1e-3
+"""Focal lengths below this belong to no camera: our choice."""
 _UPRIGHT = math.cos(math.radians(60.0))
 _WORDS = (("forward", "backward"), ("left", "right"), ("up", "down"))
 
@@ -59,6 +61,16 @@ def rotation_of(value: Value, matrix: Matrix, notes: Notes, about: str = "") -> 
             "rotation matrix not orthonormal: the nearest one that is", about or value.place[1]
         )
     return rotation
+
+
+def projected(value: Value, projection: Matrix) -> Matrix:
+    """Return the pose (4, 4) of the camera of a projection matrix K [I | t], (3, 4), or of K alone, (3, 3)."""
+    k, last = projection[:, :3], projection[:, 3:]
+    has_focus = min(k[0, 0], k[1, 1]) >= SHORTEST_PX and abs(k[2, 2] - 1.0) < 1e-6
+    if not has_focus or np.abs(np.tril(k, -1)).max() > 1e-6:
+        value.refuse("a projection matrix K [I | t] with focal lengths", "another matrix")
+    centre = np.linalg.solve(k, last[:, 0] if last.size else np.zeros(3))
+    return se3(np.eye(3), np.array(-centre, np.float64))
 
 
 def add_by_imu(cameras: Mapping[str, tuple[Matrix, dict[str, Any]]], mounting: Mounting) -> Matrix:

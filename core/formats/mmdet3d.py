@@ -15,9 +15,9 @@ import numpy as np
 
 from riglens.core.errors import InputError
 from riglens.core.formats.base import Format
-from riglens.core.formats.frames import Matrix, from_optical, inverse, se3
+from riglens.core.formats.frames import Matrix, from_optical, inverse
 from riglens.core.formats.lenses import pinhole
-from riglens.core.formats.matrices import rigid
+from riglens.core.formats.matrices import projected, rigid
 from riglens.core.formats.mounts import ON_ROOF, REAR_AXLE, Mounting
 from riglens.core.formats.report import Notes
 from riglens.core.formats.source import Source, Value
@@ -74,12 +74,8 @@ def _add_camera(name: str, value: Value, root_SE3_lidar: Matrix, mounting: Mount
     projection = np.array([row.numbers(len(rows[0].elements())) for row in rows[:3]])
     if projection.shape not in ((3, 3), (3, 4)):
         value.item("cam2img").refuse("a matrix of 3 rows of 3 or 4 numbers", "another one")
-    k = projection[:, :3]
-    if np.tril(k, -1).any() or not (k[0, 0] > 0.0 and k[1, 1] > 0.0 and k[2, 2] == 1.0):
-        value.item("cam2img").refuse("a camera matrix with focal lengths", "another one")
-    if projection[:, 3:].size:
-        pose = pose @ se3(np.eye(3), -np.linalg.solve(k, projection[:, 3]))
-    lens: dict[str, Any] = pinhole(k)
+    pose = pose @ projected(value.item("cam2img"), projection)
+    lens: dict[str, Any] = pinhole(projection)
     has_size = "width" in value and "height" in value
     lens["image"] = value.image() if has_size else mounting.unknown_image(name, (1600, 900), lens)
     mounting.add("camera", name, from_optical(pose), **lens)

@@ -222,7 +222,10 @@ def _vlcal_lens(value: Value, mounting: Mounting) -> dict[str, Any]:
     numbers, bend = value.item("intrinsics"), value.item("distortion_coeffs")
     if model == "equirectangular":
         value.item("camera_model").refuse("plumb_bob, rational_polynomial, fisheye or omnidir")
-    fx, fy, cx, cy, *more = numbers.numbers()[:5]
+    found = numbers.numbers()[:5]
+    if len(found) < 4:
+        numbers.refuse("4 numbers or more")
+    fx, fy, cx, cy, *more = found
     lens: dict[str, Any] = {"fx": fx, "fy": fy, "cx": cx, "cy": cy}
     image = mounting.unknown_image("camera", (max(1, round(2 * cx)), max(1, round(2 * cy))), lens)
     lens["image"] = image

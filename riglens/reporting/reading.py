@@ -25,6 +25,7 @@ from pydantic import ValidationError
 
 from riglens.core.errors import InputError
 from riglens.core.files import open_regular
+from riglens.core.formats.source import is_encodable
 from riglens.core.rig.model import FORMAT_VERSION
 from riglens.core.rig.yaml.nodes import shortened
 from riglens.reporting.figures import Inputs
@@ -82,8 +83,13 @@ def attached_figures(content: bytes, where: str) -> dict[str, Any]:
 
 def inputs_of(figures: dict[str, Any], where: str) -> Inputs:
     """Return the inputs of a report; InputError names the first wrong field."""
+    said = figures.get("inputs")
+    if not is_encodable(
+        json.dumps(said, ensure_ascii=False)
+    ):  # halves of characters, which no message can hold
+        raise InputError(f"{where}: inputs: must be UTF-8 text")
     try:
-        return Inputs.model_validate(figures.get("inputs"))
+        return Inputs.model_validate(said)
     except ValidationError as error:
         first = error.errors()[0]
         field = ".".join(map(str, ("inputs", *first["loc"])))
