@@ -32,6 +32,7 @@ from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensors.lens import KannalaBrandt
 from riglens.core.sensors.radar import Radar, RadarScan
 from riglens.core.sensors.ultrasonic import Ultrasonic
+from riglens.widgets.panels.fields.edits import ValueEdit
 from riglens.widgets.panels.sensors.rows import LOSS
 from riglens.widgets.panels.sensors.tree import SensorTree
 from tests.app.window.desk import full_desk, heatmap
@@ -293,6 +294,7 @@ def test_a_state_looks_the_same_whatever_came_before_and_reaches_all_that_shows_
         now = looks(whole)
         first = found.setdefault(name, now)
         rows[name] = rows_of(whole)
+        assert wrong_values(whole) == {}, name
         assert other(first, now) == set(), name
     for name, row in STATES.items():
         changed = other(found["opened"], found[name])
@@ -301,6 +303,21 @@ def test_a_state_looks_the_same_whatever_came_before_and_reaches_all_that_shows_
         assert actions == row.actions, name
         assert set(rows[name]) ^ set(rows["opened"]) == row.rows, name
         assert {key for key, is_usable in rows[name].items() if not is_usable} == row.disabled, name
+
+
+def wrong_values(bench: Bench) -> dict[str, Any]:
+    """The inputs of the inspector that show another value than that of the sensor or the car, with that value."""
+    document, found = bench.document, {}
+    subject = document.selected_sensor() or document.rig
+    for edit in bench.panels.inspector.findChildren(ValueEdit):
+        if edit.path is None or not edit.isVisibleTo(bench.panels.inspector) or len(document.selection) > 1:
+            continue
+        value: Any = subject
+        for part in edit.path:
+            value = value[part] if isinstance(part, int) else getattr(value, part)
+        if edit.value != value:
+            found[edit.objectName()] = (edit.value, value)
+    return found
 
 
 def other(one: Mapping[str, Any], another: Mapping[str, Any]) -> set[str]:
