@@ -16,7 +16,7 @@ from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import Progress
 from riglens.core.targets.settings import Phase
 from riglens.core.targets.shapes import Shape
-from riglens.evaluation.options import USUAL_DRAWS, SceneOptions, ScoreOptions
+from riglens.evaluation.options import ReportOptions, SceneOptions, ScoreOptions
 from riglens.results import Listing
 from riglens.scenes import Scene, load_scene, with_blocking_meshes
 
@@ -127,7 +127,7 @@ def report(
     roi_m: ArrayLike | None = None,
     pog: StrPath | None = None,
     requirements: StrPath | None = None,
-    draws: int = USUAL_DRAWS,
+    draws: int = ReportOptions.draws,
     seed: int = 0,
     project: str | None = None,
     revision: str | None = None,
@@ -146,18 +146,15 @@ def report(
     Boxes as for `load_scene`, `method` to `body` as for `score`; `requirements` are checked on the page, `draws` are
     those of the tolerance, 0 for none; project, revision, author and reviewer go into the header.
     """
-    from riglens.core.review.tolerance import require_draws
-    from riglens.reporting.figures import labels_of
     from riglens.reporting.making import write_report
 
     path, score = Path(out), ScoreOptions(method, reading, camera_weight, threads, body)
     options = scene_options(boxes, voxel_m=voxel_m, roi_m=roi_m, pog=pog, **read_as)
     require_ending("out", path, ".html", ".pdf")
-    require_draws(draws, seed, 0)
+    holds = ReportOptions(_path(requirements), draws, seed, project, revision, author, reviewer)
     require_writable(path, options.files)
     several = with_blocking_meshes(rigs, score.solid(), mesh_folder)
-    labels = labels_of(project=project, revision=revision, author=author, reviewer=reviewer)
-    write_report(several, path, options, score, _path(requirements), (draws, seed), labels, Warnings())
+    write_report(several, path, options, score, holds, Warnings())
     return path
 
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from riglens.app.background.own_process import OwnProcess
 from riglens.core.errors import InputError
 from riglens.core.rig.model import Rig
-from riglens.evaluation.options import SceneOptions, ScoreOptions
+from riglens.evaluation.options import ReportOptions, SceneOptions, ScoreOptions
 
 WORK = "riglens.app.commands.report:serve"
 LOOK_S = 0.2
@@ -21,14 +21,13 @@ Tell = Callable[[float, str], None]
 
 @dataclass(frozen=True)
 class ReportJob:
-    """Request for a report: its rigs, scene, score, output file, draws of the tolerance, and labels by field."""
+    """Request for a report: its rigs, scene, score, output file, and what it holds."""
 
     rigs: tuple[Rig, ...]
     scene: SceneOptions
     score: ScoreOptions
     out: Path
-    draws: int = 0
-    labels: Mapping[str, str] = field(default_factory=dict)
+    holds: ReportOptions
     why: dict[str, Any] | None = None
     """The search that proposed the rig, by the names of `WhyHere`."""
 

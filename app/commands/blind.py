@@ -55,7 +55,6 @@ class BlindTables:
     blind_map: Annotated[Path | None, Parameter(group=ZONES, metavar="FILE.csv|.png")] = None
     """Also write the lowest visible height around the car, as a table or as a picture."""
     profiles: Annotated[Profiles, Parameter(group=ZONES)] = ()
-    """File of your own blind zone profiles, instead of the bundled ones; may be repeated."""
 
     def __post_init__(self) -> None:
         require_ending("blind_map", self.blind_map, ".csv", ".png")

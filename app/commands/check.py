@@ -12,7 +12,15 @@ from cyclopts import Parameter
 from rich.table import Table
 from rich.text import Text
 
-from riglens.app.commands.options import Json, Profiles, RigArguments, RunArguments, SceneArguments, command
+from riglens.app.commands.options import (
+    AnyRigs,
+    Json,
+    Profiles,
+    RigArguments,
+    RunArguments,
+    SceneArguments,
+    command,
+)
 from riglens.app.commands.output import deliver, require_outputs
 from riglens.app.terminal.console import TERMINAL, results
 from riglens.app.terminal.loading import load_rigs
@@ -38,7 +46,7 @@ MARKS: dict[Status, tuple[str, str]] = {
 
 @command
 def check(
-    rigs: Annotated[tuple[str, ...], Parameter(name="RIG", negative=())],
+    rigs: AnyRigs,
     /,
     *,
     requirements: Annotated[Path, Parameter(metavar="FILE")],
@@ -57,12 +65,8 @@ def check(
 
     Parameters
     ----------
-    rigs
-        Rig files or preset names.
     requirements
         File of requirements.
-    profiles
-        File of your own blind zone profiles, instead of the bundled ones; may be repeated.
     json
         Also write the verdicts as JSON to a file; with - to standard output, instead of the table.
     junit

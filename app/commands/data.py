@@ -59,8 +59,6 @@ def build(
         Box data sets: tables, nuScenes, Argoverse 2, KITTI or CARLA folders.
     out
         File to store it in (.npz). Finished parts are kept next to it, in FILE.parts, until the build is complete.
-    workers
-        Processes that build parts at the same time (as many as cores, parts and memory allow).
     """
     pog = build_file(boxes, out, scene, Backend(workers, dask), TERMINAL)
     console = results(out)

@@ -40,12 +40,8 @@ def evaluate(
 
     Parameters
     ----------
-    rigs
-        Rig files or preset names.
     targets
         Also print every figure of objects. They are counted anyway, unless the traffic is a stored POG.
-    surroundings
-        block: houses, walls and poles of the bundled scenario hide objects too (ignored).
     by
         Parts of the table of objects, for one rig: rings of 10 m of distance, or sectors of 45° around the car.
     objects

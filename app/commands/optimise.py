@@ -67,12 +67,8 @@ def optimise(
 
     Parameters
     ----------
-    rig
-        Rig file or preset name.
     requirements
         File of requirements, as for `riglens check`: each mount keeps its limits, the whole rig is checked.
-    surroundings
-        block: houses, walls and poles of the bundled scenario hide objects too (ignored).
     within_m
         Objects count up to this distance from the car.
     against

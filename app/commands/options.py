@@ -18,7 +18,17 @@ from riglens.core.errors import InputError
 from riglens.core.metric.scores import Body
 from riglens.core.option_help import OptionHelp
 from riglens.evaluation.names import option_of
-from riglens.evaluation.options import DASK, GRID, LIBRARY, READING, CountOptions, SceneOptions, ScoreOptions
+from riglens.evaluation.options import (
+    DASK,
+    GRID,
+    LIBRARY,
+    PROFILES,
+    READING,
+    WORKERS,
+    CountOptions,
+    SceneOptions,
+    ScoreOptions,
+)
 
 SCENE = Group("Scene: boxes and grid", sort_key=10)
 SCORE = Group("Score", sort_key=20)
@@ -89,7 +99,8 @@ def number(group: Group | None = None, metavar: str = "N") -> Parameter:
 
 
 RigName = Annotated[str, Parameter(name="RIG", help="Rig file or preset name.")]
-RigNames = Annotated[str, Parameter(name="RIG", required=True)]
+RigNames = Annotated[str, Parameter(name="RIG", required=True, help="Rig files or preset names.")]
+AnyRigs = Annotated[tuple[str, ...], Parameter(name="RIG", negative=(), help="Rig files or preset names.")]
 Out = Annotated[Path, Parameter(metavar="FILE")]
 Whole = Annotated[int | None, number()]
 Json = Annotated[str | None, Parameter(allow_leading_hyphen=True, metavar="FILE|-", converter=_json_target)]
@@ -99,8 +110,18 @@ JsonFigures = Annotated[
         help="Also write the figures as JSON to a file; with - to standard output, instead of the tables."
     ),
 ]
-Profiles = Annotated[tuple[Path, ...], Parameter(name="--profile", metavar="FILE", show_default=False)]
-Surroundings = Annotated[Literal["ignored", "block"] | None, Parameter(name="--surroundings", group=SCENE)]
+Profiles = Annotated[
+    tuple[Path, ...],
+    Parameter(name="--profile", metavar=PROFILES.metavar, help=PROFILES.help, show_default=False),
+]
+Surroundings = Annotated[
+    Literal["ignored", "block"] | None,
+    Parameter(
+        name="--surroundings",
+        group=SCENE,
+        help="block: houses, walls and poles of the bundled scenario hide objects too (ignored).",
+    ),
+]
 Libraries = Annotated[
     tuple[Path, ...],
     Parameter(
@@ -110,7 +131,7 @@ Libraries = Annotated[
         help=LIBRARY.help,
     ),
 ]
-Workers = Annotated[int | None, number(BUILD)]
+Workers = Annotated[int | None, number(BUILD), Parameter(help=WORKERS.help)]
 Dask = Annotated[
     str | None,
     Parameter(

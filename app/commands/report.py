@@ -11,25 +11,30 @@ from typing import Annotated
 from cyclopts import Group, Parameter
 
 from riglens.app.background.report import ReportJob, Tell
-from riglens.app.commands.options import RigArguments, SceneArguments, ScoreArguments, command, number
+from riglens.app.commands.options import (
+    AnyRigs,
+    RigArguments,
+    SceneArguments,
+    ScoreArguments,
+    all_of,
+    command,
+)
 from riglens.app.commands.output import require_outputs
 from riglens.app.commands.running import guarded
 from riglens.app.terminal.console import TERMINAL, note, results
 from riglens.app.terminal.loading import load_rigs
 from riglens.core.errors import InputError
 from riglens.core.files import require_ending, write_file
-from riglens.core.review.tolerance import require_draws
 from riglens.core.rig.library import use_libraries
 from riglens.core.shown_text import visible
 from riglens.core.vehicle.mesh_file import with_mesh_read
 from riglens.evaluation.names import label_of
-from riglens.evaluation.options import USUAL_DRAWS, SceneOptions, ScoreOptions
+from riglens.evaluation.options import ReportOptions, SceneOptions, ScoreOptions
 from riglens.reporting.document import document_of
 from riglens.reporting.figures import (
     Labels,
     ReportPlan,
     WhyHere,
-    labels_of,
     report_of,
 )
 from riglens.reporting.making import (
@@ -43,23 +48,18 @@ from riglens.reporting.making import (
 
 SHOWN = 20
 REPORT = Group("Report", sort_key=5)
+ContentArguments = Annotated[ReportOptions, all_of(ReportOptions, REPORT)]
 
 
 @command
 def report(
-    rigs: Annotated[tuple[str, ...], Parameter(name="RIG", negative=())] = (),
+    rigs: AnyRigs = (),
     /,
     *,
     out: Annotated[Path | None, Parameter(group=REPORT, metavar="FILE.html|.pdf")] = None,
     verify: Annotated[Path | None, Parameter(group=REPORT, metavar="FILE.html|.pdf")] = None,
     meshes: Annotated[Path | None, Parameter(group=REPORT, metavar="DIR")] = None,
-    requirements: Annotated[Path | None, Parameter(group=REPORT, metavar="FILE")] = None,
-    draws: Annotated[int, number(REPORT)] = USUAL_DRAWS,
-    seed: Annotated[int, number(REPORT)] = 0,
-    project: Annotated[str | None, Parameter(group=REPORT, metavar="TEXT")] = None,
-    revision: Annotated[str | None, Parameter(group=REPORT, metavar="TEXT")] = None,
-    author: Annotated[str | None, Parameter(group=REPORT, metavar="TEXT")] = None,
-    reviewer: Annotated[str | None, Parameter(group=REPORT, metavar="TEXT")] = None,
+    holds: ContentArguments = ReportOptions(),
     scene: SceneArguments = SceneOptions(),
     score: ScoreArguments = ScoreOptions(),
     reading: RigArguments = RigArguments(),
@@ -68,28 +68,12 @@ def report(
 
     Parameters
     ----------
-    rigs
-        Rig files or preset names.
     out
         The page, or the same as a PDF.
     verify
         Recompute an earlier page or PDF, and report differences (exit code 1).
     meshes
         With --verify: folder with the mesh files and ray tables that the report names (the report's folder).
-    requirements
-        A file of requirements, as for `riglens check`.
-    draws
-        Draws of the tolerance; 0 for none.
-    seed
-        Seed of the draws.
-    project
-        The project, for the header.
-    revision
-        The revision of the rigs or of the report, for the header.
-    author
-        The author, for the header.
-    reviewer
-        The reviewer, for the header.
     """
     if verify is not None:
         if out is not None:
@@ -111,12 +95,9 @@ def report(
     require_ending("out", out, ".html", ".pdf")
     if out.suffix.lower() == ".pdf":
         require_pango()
-    require_draws(draws, seed, 0)
     loaded = load_rigs(rigs, score.solid(), reading.libraries, reading.housings)
-    require_outputs((*rigs, *scene.files, *([requirements] if requirements else [])), out)
-    labels = labels_of(project=project, revision=revision, author=author, reviewer=reviewer)
-    files = [Path(name).name for name in rigs]
-    write_report(loaded, out, scene, score, requirements, (draws, seed), labels, TERMINAL, files)
+    require_outputs((*rigs, *scene.files, *([holds.requirements] if holds.requirements else [])), out)
+    write_report(loaded, out, scene, score, holds, TERMINAL, [Path(name).name for name in rigs])
     results().print(f"wrote {visible(str(out))}", soft_wrap=True)
     return 0
 
@@ -155,8 +136,8 @@ def prepare(job: ReportJob, tell: Tell) -> None:
         require_pango()
     rigs = tuple(with_mesh_read(rig, job.out.parent, note) for rig in job.rigs)
     why = None if job.why is None else WhyHere.model_validate(job.why)
-    labels = labels_of(**{name: job.labels.get(name) or None for name in Labels.model_fields})
-    plan = ReportPlan(portable(rigs), job.scene, job.score, job.draws, 0, labels=labels, why=why)
+    labels = Labels(**job.holds.labels)
+    plan = ReportPlan(portable(rigs), job.scene, job.score, job.holds.draws, 0, labels=labels, why=why)
     document = document_of(plan, report_of(plan, tell, TERMINAL))
     tell(1.0, "Writing the report")
     write_file(job.out, rendered(document, job.out.suffix.lower()))

@@ -42,7 +42,10 @@ def simulate(
     *rigs: RigNames,
     out: Annotated[Path, Parameter(metavar="DIR")],
     scene: TrafficArguments = SceneOptions(),
-    surroundings: Surroundings = None,
+    surroundings: Annotated[
+        Surroundings,
+        Parameter(help="Let houses, walls and poles hide objects (block, where they are known)."),
+    ] = None,
     every: Annotated[Whole, Parameter(group=SCENE)] = None,
     sequences: Annotated[Whole, Parameter(group=SCENE)] = None,
     sweeps: SweepArguments = SimulationSettings(),
@@ -58,12 +61,8 @@ def simulate(
 
     Parameters
     ----------
-    rigs
-        Rig files or preset names.
     out
         A new or an empty folder; with several rigs, each gets a subfolder of its name.
-    surroundings
-        Let houses, walls and poles hide objects (block, where they are known).
     every
         Simulate every Nth frame of each sequence (1).
     sequences
@@ -72,8 +71,6 @@ def simulate(
         on: also draw the cameras' pictures, with labels and depth, at their native size.
     points
         parquet: also write the points of each frame with the object that each is on.
-    workers
-        Processes that simulate at the same time (as many as cores).
     carla
         Collect from the CARLA simulator at this address instead: --frames N (200), one in --every N ticks of 0.05 s.
     """

@@ -66,20 +66,16 @@ def sweep(
 ) -> None:
     """Evaluate many rigs that differ in some fields, and store one row for each in a Parquet file.
 
+    Each of several rigs gets every value.
+
     Parameters
     ----------
-    rigs
-        Rig files or preset names; each gets every value.
     out
         File to store the table in. Finished parts are kept next to it, in FILE.parts, until all rigs are done.
     chart
         Also draw the figures over the one or two varied fields, with their noise.
     figure
         Column to draw, such as car.lidar.seen; may be repeated (on target of the classes).
-    surroundings
-        block: houses, walls and poles of the bundled scenario hide objects too (ignored).
-    workers
-        Processes that evaluate rigs at the same time (as many as cores).
     json
         Also write data, settings and rows as JSON to a file; with - to standard output, instead of the table.
     """

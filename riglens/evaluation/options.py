@@ -23,8 +23,8 @@ DEFAULT_RIG = "nuScenes car"
 PAPER_RIG = "W+T"
 """The rig of the paper's figures."""
 DEFAULT_TOLERANCE_PP = 1.0
-USUAL_DRAWS = 32
-"""Draws of the tolerance in a report."""
+MOST_LETTERS = 200
+"""In a word of the header of a report."""
 MAX_THREADS = 1024
 MIN_SIDE_PX, MAX_SIDE_PX, MAX_SCALE = 64, 8192, 4
 """Limits of a picture's sides before scaling, and of the scale."""
@@ -35,6 +35,11 @@ DASK = OptionHelp(
     "Work on the Dask cluster of this scheduler, such as tls://10.0.0.1:8786. Trusted "
     "clusters only: anyone with access can run code here (docs/security.md).",
 )
+REQUIREMENTS = OptionHelp("FILE", "File of requirements, as for `riglens check`.")
+PROFILES = OptionHelp(
+    "FILE", "File of your own blind zone profiles, instead of the bundled ones; may be repeated."
+)
+WORKERS = OptionHelp("N", "Processes that work at the same time (as many as cores and memory allow).")
 LIBRARY = OptionHelp("FILE", "File with your own sensor models, for rigs that name them; may be repeated.")
 
 
@@ -240,3 +245,31 @@ class CountOptions:
         return TargetSettings(
             self.shape, self.range_law, self.phase, self.seed, self.min_points, body, curves
         )
+
+
+@dataclass(frozen=True)
+class ReportOptions:
+    """Options of what a report holds, and words of the reader's own for its header."""
+
+    requirements: Annotated[Path | None, REQUIREMENTS] = None
+    draws: Annotated[int, OptionHelp("N", "Draws of the tolerance; 0 for none.")] = 32
+    seed: Annotated[int, OptionHelp("N", "Seed of the draws.")] = 0
+    project: Annotated[str | None, OptionHelp("TEXT", "The project, for the header.")] = None
+    revision: Annotated[
+        str | None, OptionHelp("TEXT", "The revision of the rigs or of the report, for the header.")
+    ] = None
+    author: Annotated[str | None, OptionHelp("TEXT", "The author, for the header.")] = None
+    reviewer: Annotated[str | None, OptionHelp("TEXT", "The reviewer, for the header.")] = None
+
+    def __post_init__(self) -> None:
+        from riglens.core.review.tolerance import require_draws
+
+        require_draws(self.draws, self.seed, 0)
+        for name, text in self.labels.items():
+            if text is not None and len(text) > MOST_LETTERS:
+                raise InputError(f"must have at most {MOST_LETTERS} characters (got {len(text)})", name)
+
+    @property
+    def labels(self) -> dict[str, str | None]:
+        """The words of the header."""
+        return {name: getattr(self, name) for name in ("project", "revision", "author", "reviewer")}

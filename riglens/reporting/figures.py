@@ -11,7 +11,6 @@ from pydantic import AfterValidator, Field
 
 from riglens.core.blind.zones import BlindMap
 from riglens.core.engine.audit import audit, audit_document
-from riglens.core.errors import InputError
 from riglens.core.figures.documents import estimate_document, evaluation_document
 from riglens.core.figures.evaluated import Evaluated, EvaluationSettings, Evaluator
 from riglens.core.figures.hits import MISSED
@@ -53,13 +52,11 @@ from riglens.core.targets.detection_range_table import range_document
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import WITHIN_M
 from riglens.evaluation.loading import note_data
-from riglens.evaluation.options import SceneOptions, ScoreOptions
+from riglens.evaluation.options import MOST_LETTERS, SceneOptions, ScoreOptions
 from riglens.evaluation.scenario import load_scenario, settings_of
 from riglens.evaluation.traffic import load_traffic
 from riglens.version import installed_version
 
-MOST_LETTERS = 200
-"""In a word of the header."""
 Stage = Callable[[float, str], None]
 """Callback for the share done and the current stage."""
 _SECONDS = {
@@ -138,14 +135,6 @@ class WhyHere(Frozen):
     reference: str = Field(max_length=2 * MOST_LETTERS)
     verdict: str = Field(max_length=MOST_LETTERS)
     checks: list[KeptGain] = Field(max_length=100)
-
-
-def labels_of(**given: str | None) -> Labels:
-    """Return the labels of a report by the names of their fields; InputError for one that is too long."""
-    for name, text in given.items():
-        if text is not None and len(text) > MOST_LETTERS:
-            raise InputError(f"{name} must have at most {MOST_LETTERS} characters (got {len(text)})")
-    return Labels(**given)
 
 
 @dataclass(frozen=True)

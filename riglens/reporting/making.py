@@ -20,7 +20,7 @@ from riglens.core.rig.yaml.file import loads
 from riglens.core.rig.yaml.nodes import read_text
 from riglens.core.shown_text import numbered, visible
 from riglens.core.vehicle.mesh_file import with_mesh_read
-from riglens.evaluation.options import SceneOptions, ScoreOptions
+from riglens.evaluation.options import ReportOptions, SceneOptions, ScoreOptions
 from riglens.rendering.system_libraries import require_system_libraries
 from riglens.reporting.document import ReportDocument, document_of
 from riglens.reporting.figures import (
@@ -55,22 +55,22 @@ def write_report(
     out: Path,
     scene: SceneOptions,
     score: ScoreOptions,
-    requirements: Path | None,
-    draws_and_seed: tuple[int, int],
-    labels: Labels,
+    holds: ReportOptions,
     monitor: Monitor,
     files: Sequence[str] = (),
 ) -> None:
     """Make the page or PDF of some rigs; files: what tells rigs of one name apart."""
     text = required = None
-    if requirements is not None:
-        text = read_text(requirements, "a file of requirements")
-        required = _requirements(text, str(requirements), rigs)
-        score = score.as_required(required.settings.body, requirements)
-        scene = scene.as_required(required.settings, requirements)
-    draws, seed = draws_and_seed
+    if holds.requirements is not None:
+        text = read_text(holds.requirements, "a file of requirements")
+        required = _requirements(text, str(holds.requirements), rigs)
+        score = score.as_required(required.settings.body, holds.requirements)
+        scene = scene.as_required(required.settings, holds.requirements)
     names = numbered([rig.name for rig in rigs], files)
-    plan = ReportPlan(portable(rigs), scene, score, draws, seed, required, text, labels, names=names)
+    labels = Labels(**holds.labels)
+    plan = ReportPlan(
+        portable(rigs), scene, score, holds.draws, holds.seed, required, text, labels, names=names
+    )
     with monitor.stage("Making the report") as tell:
         document = document_of(plan, report_of(plan, tell, monitor))
     write_file(out, rendered(document, out.suffix.lower()))

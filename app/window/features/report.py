@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from PySide6.QtCore import QUrl
 from PySide6.QtGui import QDesktopServices
@@ -21,7 +22,7 @@ from riglens.core.errors import InputError
 from riglens.core.files import require_writable
 from riglens.core.rig.model import Rig
 from riglens.core.vehicle.mesh_file import with_full_mesh_path
-from riglens.evaluation.options import USUAL_DRAWS, SceneOptions, ScoreOptions
+from riglens.evaluation.options import ReportOptions, SceneOptions, ScoreOptions
 from riglens.evaluation.requests import fixed_options
 from riglens.widgets.panels.dialogs.report import ReportChoice, ReportDialog
 
@@ -70,7 +71,10 @@ class Report(Feature):
             raise InputError(NO_DATA)
         others = [rig.name for rig in self._kept()]
         suggestion = beside_rig(self.document, f"{self.document.rig.name} report", ".html").absolute()
-        self.dialog = dialog = ReportDialog(suggestion, others, USUAL_DRAWS, self.bench.window)
+        usual = ReportOptions()
+        self.dialog = dialog = ReportDialog(
+            suggestion, others, usual.draws, tuple(usual.labels), self.bench.window
+        )
         dialog.recall(self._options)
         dialog.browse_wanted.connect(self._browse)
         dialog.wanted.connect(self._start)
@@ -88,7 +92,9 @@ class Report(Feature):
         scene, dialog = self.session.scene, self.dialog
         if scene is None or dialog is None:
             return
+        labels: dict[str, Any] = {name: text or None for name, text in choice.labels.items()}
         try:
+            holds = ReportOptions(draws=ReportOptions.draws if choice.tolerance else 0, **labels)
             require_writable(choice.path, self._read(fixed_options(scene)))
         except InputError as error:
             dialog.show_problem(str(error))
@@ -99,8 +105,7 @@ class Report(Feature):
             fixed_options(scene),
             ScoreOptions(settings.method, settings.reading, settings.camera_weight, body=settings.body),
             choice.path,
-            USUAL_DRAWS if choice.tolerance else 0,
-            choice.labels,
+            holds,
             self._propose.why(),
         )
         self.bench.tasks.run("Report", partial(self.work, job), partial(self._on_written, choice.opens))

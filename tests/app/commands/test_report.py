@@ -39,7 +39,7 @@ from riglens.reporting import reading as report_reading
 from riglens.reporting.charts import estimate_of
 from riglens.reporting.document import Drawings, ReportDocument
 from riglens.reporting.drawings import car_shape
-from riglens.reporting.figures import differences, labels_of
+from riglens.reporting.figures import Labels, differences
 from riglens.reporting.making import portable, rendered
 from riglens.reporting.page import (
     at,
@@ -373,7 +373,7 @@ def test_a_forged_name_of_the_data_differs(made_again, document, riglens, tmp_pa
 
 def test_verify_says_what_it_takes_as_given(made_again, document, riglens, tmp_path, monkeypatch):
     figures = copy.deepcopy(document.figures)
-    labels = labels_of(project="Van")
+    labels = Labels(project="Van")
     figures["inputs"]["labels"] = labels.model_dump()
     labelled = ReportDocument(figures, document.rigs, document.drawings, labels.words)
     monkeypatch.setattr(making, "document_of", lambda plan, report: copy.deepcopy(labelled))
@@ -751,7 +751,7 @@ def test_labels_stand_in_the_header_of_every_page_and_are_verified(
     made_again, document, riglens, tmp_path, qapp
 ):
     figures = copy.deepcopy(document.figures)
-    labels = labels_of(project="Van", revision="B", author="<A>")
+    labels = Labels(project="Van", revision="B", author="<A>")
     figures["inputs"]["labels"] = labels.model_dump()
     labelled = ReportDocument(figures, document.rigs, document.drawings, labels.words)
     assert "Project: Van · Revision: B · Author: &lt;A&gt;" in report_page(labelled)
@@ -766,7 +766,7 @@ def test_labels_stand_in_the_header_of_every_page_and_are_verified(
     found = riglens("report", "--verify", path, "--boxes", made_again)
     assert found.code == 1 and "inputs.labels.project: attached 'Van'" in found.out
     said = riglens("report", "Center", "--out", tmp_path / "b.html", "--author", "a" * 201).refused()
-    assert "author must have at most 200 characters (got 201)" in said
+    assert "--author must have at most 200 characters (got 201)" in said
 
 
 def test_why_sensors_are_where_they_are_is_said_as_the_search_found_it(document):

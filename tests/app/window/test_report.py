@@ -15,7 +15,7 @@ from riglens.app.background.report import ReportJob, make_report
 from riglens.core.errors import Cancelled, InputError
 from riglens.core.rig.yaml.file import dumps
 from riglens.core.scene.grid import VoxelGrid
-from riglens.evaluation.options import SceneOptions, ScoreOptions
+from riglens.evaluation.options import ReportOptions, SceneOptions, ScoreOptions
 from riglens.reporting.reading import attached_figures, inputs_of
 from riglens.widgets.panels.dialogs.report import ReportDialog
 from tests.app.conftest import BOXES
@@ -45,7 +45,8 @@ def desk(qtbot: QtBot) -> Iterator[FullDesk]:
 
 def job(folder: Path, suffix: str = ".html", **scene: object) -> ReportJob:
     score = ScoreOptions(camera_weight=0.25, body="blocks")
-    return ReportJob((RIG,), SceneOptions(**scene), score, folder / f"made{suffix}", 1, {"project": "A"})  # type: ignore[arg-type]
+    read, holds = SceneOptions(**scene), ReportOptions(draws=1, project="A")  # type: ignore[arg-type]
+    return ReportJob((RIG,), read, score, folder / f"made{suffix}", holds)
 
 
 @pytest.mark.slow
@@ -130,12 +131,12 @@ def test_a_report_is_made_as_the_dialog_says(desk: FullDesk, tmp_path: Path, suf
     desk.qtbot.waitUntil(lambda: bool(shown), timeout=TIMEOUT_MS)
     (job,), settings = jobs, desk.session.settings
     assert shown == [job.out] == [desk.dialogs.path] and job.out.read_text("utf-8") == suffix
-    assert [rig.name for rig in job.rigs] == ["kept", desk.document.rig.name] and job.draws == 0
+    assert [rig.name for rig in job.rigs] == ["kept", desk.document.rig.name] and job.holds.draws == 0
     assert (job.score.method, job.score.reading, job.score.camera_weight, job.score.body) == (
         settings.method, settings.reading, settings.camera_weight, settings.body,
     )  # fmt: skip
     assert job.scene == SceneOptions(voxel_m=0.2, roi_m=GRID.roi_m, classes=("van=car",))
-    assert job.labels["author"] == "A. Engineer" and str(job.out) in desk.workbench.status.currentMessage()
+    assert job.holds.author == "A. Engineer" and str(job.out) in desk.workbench.status.currentMessage()
     again, _ = open_dialog(desk)
     assert again.labels["author"].text() == "A. Engineer" and again.choice.path.suffix == suffix
 

@@ -23,7 +23,6 @@ from riglens.widgets.panels.controls.style import MARGIN, SPACING, plain_tip
 from riglens.widgets.panels.fields.form import ChoiceBox
 
 FORMATS = {".html": "HTML page", ".pdf": "PDF"}
-LABELS = ("project", "revision", "author", "reviewer")
 REPLACES = "The file exists and will be replaced."
 _FILE_PX = 380
 
@@ -46,7 +45,9 @@ class ReportDialog(QDialog):
     """A ReportChoice is to be made into a report."""
     browse_wanted = Signal()
 
-    def __init__(self, suggestion: Path, others: Sequence[str], draws: int, parent: QWidget) -> None:
+    def __init__(
+        self, suggestion: Path, others: Sequence[str], draws: int, labels: Sequence[str], parent: QWidget
+    ) -> None:
         super().__init__(parent)
         self.setWindowTitle("Report")
         self.path = QLineEdit(str(suggestion))
@@ -64,7 +65,7 @@ class ReportDialog(QDialog):
         self.tolerance = QCheckBox(f"Tolerance of mounts, {draws} draws")
         self.tolerance.setToolTip("Spread of the figures under mount errors; takes the most time.")
         self.tolerance.setChecked(True)
-        self.labels = {name: QLineEdit() for name in LABELS}
+        self.labels = {name: QLineEdit() for name in labels}
         self.opens = QCheckBox("Open it once written")
         self.opens.setChecked(True)
         self.note = plain_label(style="hint", wraps=True)
