@@ -12,7 +12,6 @@ from rich.table import Table
 from riglens.app.commands.options import BoxArguments, Libraries, Out, command
 from riglens.app.commands.output import require_outputs
 from riglens.app.terminal.console import TERMINAL, note, progress_bar, results
-from riglens.app.terminal.loading import load_rig
 from riglens.app.terminal.tables import table
 from riglens.core.figures.figure import SE_FACTOR
 from riglens.core.files import write_file
@@ -22,6 +21,7 @@ from riglens.core.scene.survey import doubtful
 from riglens.core.study.calibrating import Rules
 from riglens.core.targets.calibration import MATCH_M, MIN_SCORE, WITHIN_M, Calibration
 from riglens.evaluation.calibrating import calibrated
+from riglens.evaluation.loading import load_rig
 from riglens.evaluation.options import SceneOptions
 from riglens.evaluation.traffic import load_traffic
 
@@ -67,7 +67,7 @@ def calibrate(
     use_libraries(libraries)
     require_outputs((detections, *scene.files, *filter(None, (camera_results,))), out)
     rules = Rules(min_score, match)
-    opened = None if rig is None else load_rig(rig)
+    opened = None if rig is None else load_rig(rig, TERMINAL)
     with progress_bar("Reading boxes") as progress:
         traffic = load_traffic(scene, within, progress)
     for line in doubtful(traffic.data, TERMINAL.advice):

@@ -23,7 +23,6 @@ from riglens.app.commands.options import (
 )
 from riglens.app.commands.output import deliver, require_outputs
 from riglens.app.terminal.console import TERMINAL, results
-from riglens.app.terminal.loading import load_rigs
 from riglens.app.terminal.tables import table
 from riglens.core.errors import InputError
 from riglens.core.files import write_file
@@ -32,7 +31,7 @@ from riglens.core.review.findings import Status, Verdict
 from riglens.core.review.requirements import Requirements
 from riglens.core.rig.yaml.checked import line_of
 from riglens.core.shown_text import counted, visible
-from riglens.evaluation.loading import note_mounts
+from riglens.evaluation.loading import load_rigs, note_mounts
 from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.jobs.checking import Checked, CheckInputs, checked, scene_for
 
@@ -76,7 +75,7 @@ def check(
     """
     if github and json == "-":
         raise InputError("cannot share standard output: name a file with", "github", "json")
-    loaded = load_rigs(rigs, score.solid(), reading.libraries, reading.housings)
+    loaded = load_rigs(rigs, score.solid(), TERMINAL, reading.libraries, reading.housings)
     asked = CheckInputs.of(requirements, profiles, loaded)
     required = asked.required
     score = score.as_required(required.settings.body, requirements)

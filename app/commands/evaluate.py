@@ -51,21 +51,20 @@ def evaluate(
     from riglens.app.commands.output import deliver, require_outputs
     from riglens.app.terminal.console import TERMINAL
     from riglens.app.terminal.figures import print_leading
-    from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic
     from riglens.app.terminal.objects import print_objects, write_objects
     from riglens.app.terminal.scores import print_scene, print_scores
     from riglens.core.figures.documents import evaluation_document
     from riglens.core.figures.evaluated import EvaluationSettings
     from riglens.core.files import require_ending
     from riglens.core.targets.traffic import require_within
-    from riglens.evaluation.loading import note_mounts
+    from riglens.evaluation.loading import load_rigs, load_scene, load_traffic, note_mounts
     from riglens.evaluation.scenario import settings_of
     from riglens.jobs.evaluating import evaluated_rigs
 
     with_objects = scene.pog is None if targets is None else targets
     if not with_objects:
         _require_unused(count, surroundings=surroundings, occluders=scene.occluders, by=by, objects=objects)
-    loaded = load_rigs(rigs, score, reading.libraries, reading.housings)
+    loaded = load_rigs(rigs, score, TERMINAL, reading.libraries, reading.housings)
     require_ending("objects", objects, ".csv", ".parquet")
     for name in _said(objects=objects, by=by) if len(loaded) > 1 else []:
         raise InputError(f"is for one rig (got {len(loaded)} rigs)", name)
@@ -75,8 +74,8 @@ def evaluate(
             raise InputError("needs a box data set: a stored POG holds no objects", "targets")
         require_within(count.within_m)
     settings = EvaluationSettings(settings_of(score), count.settings(score.body))
-    _, field = load_scene(scene, loaded, score)
-    traffic = load_traffic(scene.surrounded(surroundings), count.within_m) if with_objects else None
+    _, field = load_scene(scene, TERMINAL, loaded, score)
+    traffic = load_traffic(scene.surrounded(surroundings), count.within_m, TERMINAL) if with_objects else None
     note_mounts(loaded, TERMINAL)
     found = evaluated_rigs(loaded, field, traffic, settings, count.sample, score.threads, TERMINAL)
     counted = [one.objects for one in found if one.objects is not None]

@@ -22,12 +22,12 @@ from riglens.app.commands.options import (
 )
 from riglens.app.commands.output import deliver, require_outputs
 from riglens.app.terminal.console import TERMINAL, results
-from riglens.app.terminal.loading import load_rigs
 from riglens.core.figures.text import change_text, in_sentence, in_unit, value_text
 from riglens.core.optimise.results import OptimiseResult, check_folder
 from riglens.core.shown_text import visible
 from riglens.core.shown_values import NONE
 from riglens.core.targets.traffic import WITHIN_M
+from riglens.evaluation.loading import load_rigs
 from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.evaluation.search_options import SearchOptions
 from riglens.jobs.optimising import optimised
@@ -82,7 +82,7 @@ def optimise(
     """
     score = score.solid()
     named = [rig] if against is None else [rig, against]
-    opened, *reference = load_rigs(named, score, reading.libraries, reading.housings)
+    opened, *reference = load_rigs(named, score, TERMINAL, reading.libraries, reading.housings)
     require_outputs((rig, *scene.files, *check_boxes), json)
     if out is not None:
         check_folder(out)

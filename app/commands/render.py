@@ -17,12 +17,11 @@ from riglens.app.commands.options import (
     taken,
 )
 from riglens.app.terminal.console import TERMINAL, note, results
-from riglens.app.terminal.loading import load_rig, load_scene, load_traffic
 from riglens.core.errors import InputError
 from riglens.core.files import require_writable
 from riglens.core.rig.library import use_libraries
 from riglens.core.targets.traffic import WITHIN_M
-from riglens.evaluation.loading import with_choice
+from riglens.evaluation.loading import load_rig, load_scene, load_traffic, with_choice
 from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.evaluation.scenario import settings_of
 from riglens.rendering.display import prepare_drawing
@@ -74,12 +73,12 @@ def render(
         require_writable(out)
     if set_folder is not None:
         require_folder(set_folder)
-    opened = with_choice(load_rig(rig), reading.housings)
-    baseline = load_rig(picture.baseline) if picture.baseline is not None else None
+    opened = with_choice(load_rig(rig, TERMINAL), reading.housings)
+    baseline = load_rig(picture.baseline, TERMINAL) if picture.baseline is not None else None
     opened = as_drawn(opened, Path(rig).parent, note)
     score = drawn_score(opened, score.body)
-    pog, field = load_scene(scene, [opened], score)
-    traffic = load_traffic(scene, WITHIN_M) if is_of_objects else None
+    pog, field = load_scene(scene, TERMINAL, [opened], score)
+    traffic = load_traffic(scene, WITHIN_M, TERMINAL) if is_of_objects else None
     drawn = scored_state(opened, pog, field, picture, baseline, settings_of(score), traffic, TERMINAL)
     if set_folder is not None:
         written = write_set(drawn, set_folder, picture.size_px, picture.scale, TERMINAL)

@@ -22,12 +22,12 @@ from riglens.app.commands.options import (
 from riglens.app.commands.output import require_outputs
 from riglens.app.commands.running import guarded
 from riglens.app.terminal.console import TERMINAL, note, results
-from riglens.app.terminal.loading import load_rigs
 from riglens.core.errors import InputError
 from riglens.core.files import require_ending, write_file
 from riglens.core.rig.library import use_libraries
 from riglens.core.shown_text import visible
 from riglens.core.vehicle.mesh_file import with_mesh_read
+from riglens.evaluation.loading import load_rigs
 from riglens.evaluation.names import label_of
 from riglens.evaluation.options import ReportOptions, SceneOptions, ScoreOptions
 from riglens.reporting.document import document_of
@@ -95,7 +95,7 @@ def report(
     require_ending("out", out, ".html", ".pdf")
     if out.suffix.lower() == ".pdf":
         require_pango()
-    loaded = load_rigs(rigs, score.solid(), reading.libraries, reading.housings)
+    loaded = load_rigs(rigs, score.solid(), TERMINAL, reading.libraries, reading.housings)
     require_outputs((*rigs, *scene.files, *([holds.requirements] if holds.requirements else [])), out)
     write_report(loaded, out, scene, score, holds, TERMINAL, [Path(name).name for name in rigs])
     results().print(f"wrote {visible(str(out))}", soft_wrap=True)

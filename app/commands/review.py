@@ -28,7 +28,6 @@ from riglens.app.commands.output import Part, deliver, require_outputs
 from riglens.app.commands.redundancy import print_redundancy
 from riglens.app.commands.tolerance import ToleranceArguments, WorstCase, print_tolerance
 from riglens.app.terminal.console import TERMINAL, note, progress_bar, results
-from riglens.app.terminal.loading import load_rigs, load_scene, load_traffic
 from riglens.core.blind.zones import BlindSettings
 from riglens.core.engine.audit import audit as audit_rig
 from riglens.core.engine.audit import audit_document
@@ -46,6 +45,7 @@ from riglens.core.targets.detection_range import USUAL_PLAN, RangePlan, around
 from riglens.core.targets.detection_range_table import range_document
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import WITHIN_M, Traffic
+from riglens.evaluation.loading import load_rigs, load_scene, load_traffic
 from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.jobs.reviewing import detection_range, drawn, evaluator_of, redundancy_of
 
@@ -111,7 +111,7 @@ def review(
     limits = checked_limits(px_per_m)
     profiles = profiles_in(blind_tables.profiles)  # what is wrong is said before rigs are read
     plan = replace(distances, min_points=min_points, bearings_deg=around(range_tables.directions))
-    (opened,) = load_rigs([rig], score.solid(), reading.libraries, reading.housings)
+    (opened,) = load_rigs([rig], score.solid(), TERMINAL, reading.libraries, reading.housings)
     opened = damaged_rig(opened, damaged)
     paths = [path for files in outputs.values() for path in files.values()]
     require_outputs((rig, *blind_tables.profiles, *scene.files), json, *paths)
@@ -154,7 +154,7 @@ class Review:
     @cached_property
     def field(self) -> EntropyField:
         """The entropies of the scene."""
-        return load_scene(self.scene, [self.rig], self.score)[1]
+        return load_scene(self.scene, TERMINAL, [self.rig], self.score)[1]
 
     @cached_property
     def traffic(self) -> Traffic | None:
@@ -162,7 +162,7 @@ class Review:
         if self.scene.pog is not None:
             note("objects are not counted: a stored POG has none")
             return None
-        return load_traffic(self.scene, self.within_m)
+        return load_traffic(self.scene, self.within_m, TERMINAL)
 
     def blind(self) -> Part:
         """Find blind zones and judge test objects."""

@@ -22,11 +22,11 @@ from riglens.app.commands.options import (
     taken,
 )
 from riglens.app.terminal.console import TERMINAL, show
-from riglens.app.terminal.loading import load_rigs
 from riglens.core.pieces.backend import Backend
 from riglens.core.rig.library import use_libraries
 from riglens.core.simulate.settings import SimulationSettings
 from riglens.core.simulate.units import Extras
+from riglens.evaluation.loading import load_rigs
 from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.jobs.simulating import DataSetJob, collect_in_carla, make_data_sets
 
@@ -81,5 +81,5 @@ def simulate(
         show([collect_in_carla(rigs, carla, job, TERMINAL).line])
         return
     job = replace(job, scene=scene.surrounded(surroundings, in_town=True))
-    loaded = load_rigs(rigs, score, reading.libraries, reading.housings)
+    loaded = load_rigs(rigs, score, TERMINAL, reading.libraries, reading.housings)
     show(made.line for made in make_data_sets(loaded, score, job, TERMINAL))

@@ -76,23 +76,23 @@ def _score_and_draw(rigs: Sequence[Rig], scene: SceneOptions, score: ScoreOption
     """Evaluate rigs, print the figures, and write them as JSON, with the first rig as a picture and as YAML."""
     from riglens.app.terminal.console import TERMINAL, results
     from riglens.app.terminal.figures import print_leading
-    from riglens.app.terminal.loading import load_scene, load_traffic
     from riglens.app.terminal.scores import print_scene, print_scores
     from riglens.core.figures.documents import evaluation_document
     from riglens.core.figures.evaluated import EvaluationSettings
     from riglens.core.plain import to_text
     from riglens.core.rig.yaml.file import dumps
+    from riglens.evaluation.loading import load_scene, load_traffic
     from riglens.evaluation.scenario import settings_of
     from riglens.jobs.evaluating import evaluated_rigs
     from riglens.rendering.render import RenderRequest, draw_evaluated
 
-    pog, field = load_scene(scene, rigs, score)
+    pog, field = load_scene(scene, TERMINAL, rigs, score)
     screenshot, rig_file, scores = OUT / "screenshot.png", OUT / "rig.yaml", OUT / "scores.json"
     _make_folder(OUT)
     for path in (screenshot, rig_file, scores):
         require_writable(path)
     count = CountOptions()
-    traffic = load_traffic(scene, count.within_m) if scene.pog is None else None
+    traffic = load_traffic(scene, count.within_m, TERMINAL) if scene.pog is None else None
     settings = EvaluationSettings(settings_of(score), count.settings(score.body))
     evaluated = evaluated_rigs(
         rigs, field, traffic, settings, count.sample, score.threads, TERMINAL, with_seen=True

@@ -26,7 +26,6 @@ from riglens.app.commands.options import (
 )
 from riglens.app.commands.output import deliver, require_outputs
 from riglens.app.terminal.console import TERMINAL, results
-from riglens.app.terminal.loading import load_rigs
 from riglens.core.files import require_ending
 from riglens.core.pieces.backend import Backend
 from riglens.core.shown_text import visible
@@ -38,6 +37,7 @@ from riglens.core.sweep.table import (
     main_figures,
     near_best,
 )
+from riglens.evaluation.loading import load_rigs
 from riglens.evaluation.options import CountOptions, SceneOptions, ScoreOptions
 from riglens.jobs.sweeping import DesignOptions, swept
 
@@ -84,7 +84,7 @@ def sweep(
     require_ending("chart", chart, ".png", ".svg")
     require_outputs((*rigs, *scene.files, *([how.table] if how.table else [])), out, chart, json)
     design = how.design()
-    loaded = load_rigs(rigs, score, reading.libraries, reading.housings)
+    loaded = load_rigs(rigs, score, TERMINAL, reading.libraries, reading.housings)
     scene = scene.surrounded(surroundings)
     figures = how.figures(scene, count, score)
 

@@ -23,15 +23,16 @@ from scipy.spatial import ConvexHull
 
 from riglens.app.commands import main
 from riglens.app.commands import report as report_command
-from riglens.app.terminal.loading import load_rig
 from riglens.core.errors import InputError
 from riglens.core.figures.registry import figures as registered
 from riglens.core.figures.registry import object_figures
+from riglens.core.monitor import SILENT
 from riglens.core.plain import to_text
 from riglens.core.review.findings import amounts
 from riglens.core.rig.presets import preset
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.shown_text import numbered, visible
+from riglens.evaluation.loading import load_rig
 from riglens.rendering import system_libraries
 from riglens.rendering.system_libraries import Requirement
 from riglens.reporting import making
@@ -209,7 +210,7 @@ def test_every_number_of_a_table_is_that_of_the_attached_figures_and_these_are_t
 @pytest.fixture(scope="module")
 def document(made):
     """The document of the report, with drawings that take no time."""
-    rigs = tuple(load_rig(str(name)) for name in made[1][1:3])
+    rigs = tuple(load_rig(str(name), SILENT) for name in made[1][1:3])
     figures = attached_figures(made[0].read_bytes(), "report.html")
     return ReportDocument(figures, rigs, [drawn(rig) for rig in rigs])
 
