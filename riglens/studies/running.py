@@ -40,10 +40,11 @@ class Job(NamedTuple):
 
 
 class Findings(NamedTuple):
-    """Findings of a study: what is printed, and its JSON where it has one."""
+    """Findings of a study: what is printed, its JSON where it has one, and a file that may be standard output."""
 
     blocks: list[Block]
     document: dict[str, Any] | None = None
+    beside: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,7 @@ class Table1Options:
 
 def _table1(options: Table1Options, job: Job, /) -> Findings:
     targets = options.csv, options.detection_csv, options.sheet
-    return Findings(table1.study(job.scene, job.score, *targets, job.monitor))
+    return Findings(table1.study(job.scene, job.score, *targets, job.monitor), beside=options.csv)
 
 
 @dataclass(frozen=True)
@@ -255,6 +256,7 @@ def _predicted(options: PredictedOptions, job: Job, /, detection: Path) -> Findi
 # ---------------------------------------------------------------- all of them
 
 TABLE1_FILES = ("table1.csv", "table1-detection.csv", "table1-groups.png")
+RIG = OptionHelp("RIG", "Rig file or preset name.")
 _SCENE = ("boxes", *GRID, "pog", "tolerance_pp")
 
 
@@ -262,15 +264,18 @@ _SCENE = ("boxes", *GRID, "pog", "tolerance_pp")
 class Study:
     """A study: its options, those of scene and score that it takes, and what runs it.
 
-    `run` takes the options, the job, and what the study is given by place. `files`: that it
-    writes, the main table first among tables.
+    `run` takes the options, the job, and what the study is given by place, which has help of its own. `files`: that it
+    writes, the main table first among tables; `folder`: the same in words, for --out.
     """
 
     options: type
     run: Callable[..., Findings]
     files: tuple[str, ...]
+    folder: str = ""
     scene: tuple[str, ...] = ()
     score: tuple[str, ...] = ()
+    given: OptionHelp = RIG
+    has_json: bool = False
 
 
 STUDIES: dict[str, Study] = {
@@ -278,15 +283,59 @@ STUDIES: dict[str, Study] = {
         Table1Options,
         _table1,
         TABLE1_FILES,
-        _SCENE,
-        ("method", "reading", "camera_weight", "threads", "body"),
+        scene=_SCENE,
+        score=("method", "reading", "camera_weight", "threads", "body"),
     ),
-    "accuracy": Study(AccuracyOptions, _accuracy, accuracy.FILES, _SCENE, ("camera_weight", "threads")),
-    "stability": Study(StabilityOptions, _stability, stability.FILES, _SCENE, ("camera_weight", "threads")),
-    "targets": Study(TargetsOptions, _targets, targets.NAMES, READING, ("threads",)),
-    "external": Study(ExternalOptions, _external, (external.NAME,), score=("threads",)),
-    "detection": Study(DetectionOptions, _detection, detection.NAMES, ("boxes", *READING), ("body",)),
-    "predicted": Study(PredictedOptions, _predicted, predicted.NAMES),
+    "accuracy": Study(
+        AccuracyOptions,
+        _accuracy,
+        accuracy.FILES,
+        "accuracy.png, accuracy.svg and accuracy.csv; with --sensor accuracy-sensors.*, also .json",
+        _SCENE,
+        ("camera_weight", "threads"),
+    ),
+    "stability": Study(
+        StabilityOptions,
+        _stability,
+        stability.FILES,
+        "stability.html, stability-methods.csv and stability-metric.csv",
+        _SCENE,
+        ("camera_weight", "threads"),
+    ),
+    "targets": Study(
+        TargetsOptions,
+        _targets,
+        targets.NAMES,
+        "targets.csv, targets-objects.csv and targets.png",
+        READING,
+        ("threads",),
+        OptionHelp(
+            "BOXES",
+            "Table with a column num_lidar_pts, or annotations.feather of an Argoverse 2 log (num_interior_pts).",
+        ),
+    ),
+    "external": Study(
+        ExternalOptions, _external, (external.NAME,), external.NAME, score=("threads",), has_json=True
+    ),
+    "detection": Study(
+        DetectionOptions,
+        _detection,
+        detection.NAMES,
+        "detection*.csv, detection.json, detection*.png and the pieces that are done",
+        ("boxes", *READING),
+        ("body",),
+        OptionHelp("RIG", "Rig files or preset names; cameras are left out without --cameras."),
+    ),
+    "predicted": Study(
+        PredictedOptions,
+        _predicted,
+        predicted.NAMES,
+        "two tables (predicted-detection*.csv) and the calibrations study.yaml and recall.yaml",
+        given=OptionHelp(
+            "DETECTION.csv",
+            "detection.csv of `riglens study detection --published`; docs/data holds it.",
+        ),
+    ),
 }
 
 
