@@ -21,8 +21,8 @@ from riglens.app.commands.options import (
     RigName,
     SceneArguments,
     ScoreArguments,
+    all_of,
     command,
-    number,
 )
 from riglens.app.commands.output import Part, deliver, require_outputs
 from riglens.app.commands.redundancy import print_redundancy
@@ -36,6 +36,7 @@ from riglens.core.figures.evaluated import Evaluator
 from riglens.core.footprint.document import footprints_document, footprints_of
 from riglens.core.footprint.ground import EN_62676_4, checked_limits
 from riglens.core.metric.entropy import EntropyField
+from riglens.core.option_help import OptionHelp
 from riglens.core.review.documents import mounts_review_document
 from riglens.core.review.profiles import Profile, profiles_in
 from riglens.core.review.tolerance import ToleranceOptions
@@ -52,26 +53,72 @@ from riglens.jobs.reviewing import detection_range, drawn, evaluator_of, redunda
 REVIEW, FAILING = Group("Review", sort_key=5), Group("Redundancy", sort_key=8)
 
 
+@dataclass(frozen=True)
+class PartOptions:
+    """Options of which parts a review has, and of what several of them count."""
+
+    only: Annotated[
+        str | None,
+        OptionHelp(
+            "PART,PART...",
+            "Parts to run: blind, range, redundancy, tolerance, audit, mounts, footprint (all).",
+        ),
+    ] = None
+    min_points: Annotated[
+        int,
+        OptionHelp(
+            "N",
+            "LiDAR points that detect an object, for detection range and redundancy; a camera needs 25 px of height.",
+        ),
+    ] = 5
+    within_m: Annotated[
+        float,
+        OptionHelp(
+            "M", "Count objects within this distance of the car, in metres, for redundancy and tolerance."
+        ),
+    ] = WITHIN_M
+    damaged: Annotated[
+        tuple[str, ...],
+        OptionHelp(
+            "SENSOR[=HALF]",
+            "Sensor that has failed or, with =left, =right, =upper or =lower, is blocked by half; may be repeated.",
+        ),
+    ] = ()
+    no_objects: Annotated[bool, OptionHelp("", "Count voxels alone, no objects.")] = False
+    halves: Annotated[
+        bool,
+        OptionHelp(
+            "",
+            "Also list the losses by each sensor with half of its view blocked: left, right, upper, lower.",
+        ),
+    ] = False
+
+    def named(self) -> list[str]:
+        """Return the parts that were named, in the order of all."""
+        named = list(PARTS) if self.only is None else [name.strip() for name in self.only.split(",")]
+        if unknown := [name for name in named if name not in PARTS]:
+            raise InputError(f"must be some of {','.join(PARTS)} (got '{unknown[0]}')", "only")
+        return [name for name in PARTS if name in named]
+
+
+PartArguments = Annotated[
+    PartOptions, all_of(PartOptions, REVIEW, {"no_objects": FAILING, "halves": FAILING})
+]
+
+
 @command
 def review(
     rig: RigName,
     /,
     *,
-    only: Annotated[str | None, Parameter(group=REVIEW, metavar="PART,PART...")] = None,
-    min_points: Annotated[int, number(REVIEW)] = 5,
-    within: Annotated[float, Parameter(group=REVIEW, metavar="M")] = WITHIN_M,
+    parts: PartArguments = PartOptions(),
     px_per_m: Annotated[tuple[float, ...], Parameter(group=REVIEW, metavar="N", consume_multiple=True)] = (
         EN_62676_4
     ),
-    damaged: Annotated[
-        tuple[str, ...], Parameter(group=REVIEW, metavar="SENSOR[=HALF]", show_default=False)
-    ] = (),
     blind: BlindArguments = BlindSettings(),
     blind_tables: BlindTables = BlindTables(),
     distances: RangeArguments = USUAL_PLAN,
     range_tables: RangeTables = RangeTables(),
-    no_objects: Annotated[bool, Parameter(group=FAILING)] = False,
-    halves: Annotated[bool, Parameter(group=FAILING)] = False,
     tolerance: ToleranceArguments = ToleranceOptions(),
     worst_case: WorstCase = WorstCase(),
     scene: SceneArguments = SceneOptions(),
@@ -83,43 +130,31 @@ def review(
 
     Parameters
     ----------
-    only
-        Parts to run: blind, range, redundancy, tolerance, audit, mounts, footprint (all).
-    min_points
-        LiDAR points that detect an object, for detection range and redundancy; a camera needs 25 px of height.
-    within
-        Count objects within this distance of the car, in metres, for redundancy and tolerance.
     px_per_m
         Least pixels per metre of each band of a camera's footprint, falling; EN 62676-4 by default.
-    damaged
-        Sensor that has failed or, with =left, =right, =upper or =lower, is blocked by half; may be repeated.
-    no_objects
-        Count voxels alone, no objects.
-    halves
-        Also list the losses by each sensor with half of its view blocked: left, right, upper, lower.
     json
         Also write one JSON document, with a key per part, to a file; with - to standard output, instead of the tables.
     """
-    parts = parts_of(only)
+    named = parts.named()
     outputs = {"blind": blind_tables.files, "range": range_tables.files, "tolerance": worst_case.files}
     for part, files in outputs.items():
         for option, path in files.items():
-            if path is not None and part not in parts:
+            if path is not None and part not in named:
                 raise InputError(f"needs {part} in", option, "only")
-    if score.body == "ignored" and not {"redundancy", "tolerance"} & set(parts):
+    if score.body == "ignored" and not {"redundancy", "tolerance"} & set(named):
         score.solid(score.body)
     limits = checked_limits(px_per_m)
     profiles = profiles_in(blind_tables.profiles)  # what is wrong is said before rigs are read
-    plan = replace(distances, min_points=min_points, bearings_deg=around(range_tables.directions))
+    plan = replace(distances, min_points=parts.min_points, bearings_deg=around(range_tables.directions))
     (opened,) = load_rigs([rig], score.solid(), TERMINAL, reading.libraries, reading.housings)
-    opened = damaged_rig(opened, damaged)
+    opened = damaged_rig(opened, parts.damaged)
     paths = [path for files in outputs.values() for path in files.values()]
     require_outputs((rig, *blind_tables.profiles, *scene.files), json, *paths)
     found = Review(
-        parts, opened, scene, score, TargetSettings(min_points=min_points), within,
-        blind, blind_tables, profiles, plan, range_tables, not no_objects, halves, tolerance, worst_case, limits,
+        named, opened, scene, score, parts, blind, blind_tables, profiles, plan, range_tables, tolerance,
+        worst_case, limits,
     )  # fmt: skip
-    made = {name: PARTS[name](found) for name in parts}
+    made = {name: PARTS[name](found) for name in named}
     document = {"riglens": FORMAT_VERSION} | {name: part for name, (part, _) in made.items()}
 
     def show() -> None:
@@ -134,19 +169,16 @@ def review(
 class Review:
     """A rig under review; scene and traffic are loaded once, when the first part needs them."""
 
-    parts: list[str]
+    named: list[str]
     rig: Rig
     scene: SceneOptions
     score: ScoreOptions
-    counting: TargetSettings
-    within_m: float
+    parts: PartOptions
     blind_settings: BlindSettings
     blind_tables: BlindTables
     profiles: tuple[Profile, ...]
     plan: RangePlan
     range_tables: RangeTables
-    with_objects: bool
-    halves: bool
     drawing: ToleranceOptions
     worst_case: WorstCase
     px_per_m: tuple[float, ...]
@@ -162,7 +194,7 @@ class Review:
         if self.scene.pog is not None:
             note("objects are not counted: a stored POG has none")
             return None
-        return load_traffic(self.scene, self.within_m, TERMINAL)
+        return load_traffic(self.scene, self.parts.within_m, TERMINAL)
 
     def blind(self) -> Part:
         """Find blind zones and judge test objects."""
@@ -177,16 +209,15 @@ class Review:
     @cached_property
     def evaluate(self) -> Evaluator:
         """The evaluator of all parts: with objects if one of them counts any."""
-        counts = ("redundancy" in self.parts and self.with_objects) or (
-            "tolerance" in self.parts and self.drawing.sample > 0
+        counts = ("redundancy" in self.named and not self.parts.no_objects) or (
+            "tolerance" in self.named and self.drawing.sample > 0
         )
         return evaluator_of(self.field, self.traffic if counts else None, self.score)
 
     def redundancy(self) -> Part:
         """Find what failures cost."""
-        found = redundancy_of(
-            self.evaluate, self.rig, self.counting, self.with_objects, self.halves, TERMINAL
-        )
+        counting, with_objects = TargetSettings(min_points=self.parts.min_points), not self.parts.no_objects
+        found = redundancy_of(self.evaluate, self.rig, counting, with_objects, self.parts.halves, TERMINAL)
         return found.document(), lambda: print_redundancy(found)
 
     def tolerance(self) -> Part:
@@ -221,11 +252,3 @@ PARTS: dict[str, Callable[[Review], Part]] = {
     "mounts": Review.mounts,
     "footprint": Review.footprint,
 }
-
-
-def parts_of(only: str | None) -> list[str]:
-    """Return the parts that were named, in the order of all."""
-    named = list(PARTS) if only is None else [name.strip() for name in only.split(",")]
-    if unknown := [name for name in named if name not in PARTS]:
-        raise InputError(f"must be some of {','.join(PARTS)} (got '{unknown[0]}')", "only")
-    return [name for name in PARTS if name in named]
