@@ -15,7 +15,8 @@ from riglens.core.errors import InputError
 from riglens.core.formats.frames import SensorKind, kind_of
 from riglens.core.formats.mounts import find_model
 from riglens.core.formats.report import Notes
-from riglens.core.formats.source import Element, Source, Value
+from riglens.core.formats.source import Source, Value
+from riglens.core.formats.xml_tree import Element
 from riglens.core.rig.model import Vehicle
 from riglens.core.rig.yaml.nodes import shortened, shown_path, value_text
 

@@ -22,8 +22,9 @@ from riglens.core.formats.frames import FrameTree, Matrix
 from riglens.core.formats.mounts import Mounting, Origin
 from riglens.core.formats.report import Notes
 from riglens.core.formats.sdf_sensor import add_sdf_sensor, pose_of, sensor_kind
-from riglens.core.formats.source import Element, Source
+from riglens.core.formats.source import Source
 from riglens.core.formats.unread import note_comments
+from riglens.core.formats.xml_tree import Element
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.nodes import shortened
 

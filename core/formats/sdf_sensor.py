@@ -21,8 +21,9 @@ from riglens.core.formats.frames import (
 from riglens.core.formats.lenses import brown_conrady
 from riglens.core.formats.mounts import Mounting
 from riglens.core.formats.report import Notes
-from riglens.core.formats.source import MAX_PIXELS, Element, Value
+from riglens.core.formats.source import MAX_PIXELS, Value
 from riglens.core.formats.unread import report_unread
+from riglens.core.formats.xml_tree import Element
 from riglens.core.rig.model import KannalaBrandt, LinearAngles
 from riglens.core.rig.yaml.nodes import shortened
 

@@ -51,9 +51,10 @@ from riglens.core.formats.sdf_sensor import (
     plugin_kind,
     sensor_kind,
 )
-from riglens.core.formats.source import Element, Source
+from riglens.core.formats.source import Source
 from riglens.core.formats.unread import note_comments, report_unread
 from riglens.core.formats.xacro import expanded, is_xacro
+from riglens.core.formats.xml_tree import Element
 from riglens.core.geometry import Vec3
 from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt, Lidar, Rig, Sensor
 from riglens.core.rig.yaml.nodes import shortened

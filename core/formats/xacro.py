@@ -14,7 +14,8 @@ from pathlib import Path, PurePosixPath
 
 from riglens.core.errors import InputError
 from riglens.core.formats.report import Notes
-from riglens.core.formats.source import Attributes, Element, Source
+from riglens.core.formats.source import Source
+from riglens.core.formats.xml_tree import Attributes, Element
 from riglens.core.limited_process import answer_of
 from riglens.core.rig.yaml.nodes import shortened, shown_path
 
