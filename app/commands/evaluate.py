@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import fields
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 
@@ -55,24 +55,14 @@ def evaluate(
     from riglens.app.terminal.scores import print_scene, print_scores
     from riglens.core.figures.documents import evaluation_document
     from riglens.core.figures.evaluated import EvaluationSettings
-    from riglens.core.files import require_ending
-    from riglens.core.targets.traffic import require_within
     from riglens.evaluation.loading import load_rigs, load_scene, load_traffic, note_mounts
     from riglens.evaluation.scenario import settings_of
     from riglens.jobs.evaluating import evaluated_rigs
 
     with_objects = scene.pog is None if targets is None else targets
-    if not with_objects:
-        _require_unused(count, surroundings=surroundings, occluders=scene.occluders, by=by, objects=objects)
+    _require_fitting(with_objects, len(rigs), scene, count, surroundings=surroundings, by=by, objects=objects)
     loaded = load_rigs(rigs, score, TERMINAL, reading.libraries, reading.housings)
-    require_ending("objects", objects, ".csv", ".parquet")
-    for name in _said(objects=objects, by=by) if len(loaded) > 1 else []:
-        raise InputError(f"is for one rig (got {len(loaded)} rigs)", name)
     require_outputs((*rigs, *scene.files), json, objects)
-    if with_objects:  # what is refused is refused in one line: before notes, and before the data are read
-        if scene.pog is not None:
-            raise InputError("needs a box data set: a stored POG holds no objects", "targets")
-        require_within(count.within_m)
     settings = EvaluationSettings(settings_of(score), count.settings(score.body))
     _, field = load_scene(scene, TERMINAL, loaded, score)
     traffic = load_traffic(scene.surrounded(surroundings), count.within_m, TERMINAL) if with_objects else None
@@ -92,13 +82,23 @@ def evaluate(
     deliver(evaluation_document(field, settings.metric, found), json, show)
 
 
-def _require_unused(count: CountOptions, **others: object) -> None:
-    """Raise InputError when an option was given that means nothing without objects."""
-    said = [one.name for one in fields(count) if getattr(count, one.name) != one.default]
-    for name in (*said, *_said(**others)):
+def _require_fitting(
+    with_objects: bool, rigs: int, scene: SceneOptions, count: CountOptions, **others: Any
+) -> None:
+    """Raise InputError for options of objects that do not fit the data, the number of rigs or each other."""
+    from riglens.core.files import require_ending
+    from riglens.core.targets.traffic import require_within
+
+    given = [name for name, value in others.items() if value not in (None, "ring")]
+    if with_objects:
+        if scene.pog is not None:
+            raise InputError("needs a box data set: a stored POG holds no objects", "targets")
+        require_within(count.within_m)
+        require_ending("objects", others["objects"], ".csv", ".parquet")
+        for name in given:
+            if name != "surroundings" and rigs > 1:
+                raise InputError(f"is for one rig (got {rigs} rigs)", name)
+        return
+    given += ["occluders"] * (scene.occluders is not None)
+    for name in (*(one.name for one in fields(count) if getattr(count, one.name) != one.default), *given):
         raise InputError("counts objects: leave out", name, "no_targets")
-
-
-def _said(**options: object) -> list[str]:
-    """Return the options of objects that were given."""
-    return [name for name, value in options.items() if value not in (None, "ring")]
