@@ -6,7 +6,7 @@ import pytest
 
 from riglens.core.errors import InputError
 from riglens.core.formats.exchange import readable
-from tests.core.formats.cases import SMALL, Files, read_files
+from tests.core.formats.cases import PLACES, SMALL, WITH_COLUMNS, WITHOUT_NAMES, Files, read_files
 
 FIELDS: dict[str, tuple[str, object]] = {
     "pose": ("mount_offset", [0.125, 0.0, 0.25]),
@@ -16,47 +16,6 @@ FIELDS: dict[str, tuple[str, object]] = {
     "unit": ("angle_unit", "degrees"),
     "kind": ("sensor_kind", "thermal"),
 }
-JSON, YAML = '"{key}": {value}, ', "{key}: {value}, "
-PLACES: dict[str, tuple[str, str, str]] = {
-    "nuscenes": ("calibrated_sensor.json", '"token": "a1"', JSON),
-    "autoware": ("sensor_kit_calibration.yaml", "x: 0.1,", YAML),
-    "urdf": ("rig.urdf", "<scan>", "<{key}>{value}</{key}>"),
-    "carla": ("objects.json", '"type": "sensor.lidar', JSON),
-    "carla-toml": ("lidar_pyramid.toml", "channels", "{key} = {value}\n"),
-    "driveworks": ("rig.json", '"bw-poly"', JSON),
-    "pandaset": ("calibration.yaml", "    K:", "    {key}: {value}\n"),
-    "kalibr": ("camchain.yaml", "  camera_model", "  {key}: {value}\n"),
-    "euroc": ("LeftCameraParams.yaml", "camera_id", "{key}: {value}\n"),
-    "euroc-raw": ("sensors.yaml", "          topic: /cam0", "          {key}: {value}\n"),
-    "fast-livo": ("avia.yaml", "  extrinsic_T", "  {key}: {value}\n"),
-    "apollo": ("front_6mm_intrinsics.yaml", "height", "{key}: {value}\n"),
-    "opencv": ("front.yaml", "image_width", "{key}: {value}\n"),
-    "carla-agent": ("agent.py", "'x': 1.3", "'{key}': {value}, "),
-    "kitti": ("000000.txt", "P0", "{key}: {value}\n"),
-    "kitti-raw": ("calib_cam_to_cam.txt", "S_00", "{key}: {value}\n"),
-    "kitti-360": ("image_02.yaml", "image_width", "{key}: {value}\n"),
-    "airsim": ("settings.json", '"X"', JSON),
-    "mmdet3d": ("infos.json", '"cam2img"', JSON),
-    "basalt": ("calibration.json", '"fx": 379.5', JSON),
-    "a2d2": ("cams_lidars.json", '"Lens": "Telecam"', JSON),
-    "sdf": ("car.sdf", "<scan>", "<{key}>{value}</{key}>"),
-    "once": ("000027.json", '"cam_intrinsic"', JSON),
-    "zod": ("calibration.json", '"distortion"', JSON),
-    "ddad": ("f1a2.json", '"fx"', JSON),
-    "dair-v2x": ("calib/camera_intrinsic/000000.json", '"cam_D"', JSON),
-    "opv2v": ("000069.yaml", "  intrinsic", "  {key}: {value}\n"),
-    "lgsvl": ("sensors.json", '"FieldOfView": 50', JSON),
-    "orb-slam3": ("TUM-VI.yaml", "Camera1.fy", "{key}: {value}\n"),
-    "lio-sam": ("params.yaml", "  N_SCAN", "  {key}: {value}\n"),
-    "r3live": ("r3live_config.yaml", "   image_width", "   {key}: {value}\n"),
-    "vlcal": ("calib.json", '"intrinsics"', JSON),
-    "osi": ("osi.json", '"range"', JSON),
-}
-"""File, text before which a field is put, and how the format writes a field."""
-WITHOUT_NAMES = {"boreas"}
-"""Formats whose files hold numbers alone: further files are named."""
-WITH_COLUMNS = {"argoverse"}
-"""Formats of tables, see test_argoverse."""
 
 
 def with_field(case: str, key: str, value: object) -> Files:
