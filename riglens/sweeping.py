@@ -133,7 +133,8 @@ def sweep(
     from riglens.core.pieces.backend import Backend
     from riglens.jobs.sweeping import DesignOptions, swept
 
-    how = DesignOptions((), sobol, None if design is None else Path(design), design_seed, compute, blind_m)
+    table = None if design is None else Path(design)
+    how = DesignOptions(sobol=sobol, table=table, design_seed=design_seed, compute=compute, blind_m=blind_m)
     made = how.design([Span.of(field, values) for field, values in (vary or {}).items()])
     scene = scene_options(
         boxes,
