@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from riglens.core.errors import InputError
-from riglens.core.rig.model import Vehicle
+from riglens.core.rig.model import PARAMETRIC_BODIES, Vehicle
 from riglens.core.vehicle.profile import (
     BodyProfile,
     CabinOutline,
@@ -19,8 +19,8 @@ from riglens.core.vehicle.profile import (
     RoundedBlock,
     ShutLine,
     Station,
+    profile_of,
 )
-from riglens.core.vehicle.profiles import PROFILES
 from riglens.core.vehicle.store import stored_surfaces
 from riglens.core.vehicle.surface import (
     Painted,
@@ -57,8 +57,9 @@ def body_parts(vehicle: Vehicle) -> tuple[BodyPart, ...]:
 
     Door mirrors stick out beyond `width`, as in a registration document. InputError for an unknown body.
     """
-    if vehicle.body not in PROFILES:
-        raise InputError(f"vehicle.body must be {' or '.join(sorted(PROFILES))} (got '{vehicle.body}')")
+    if vehicle.body not in PARAMETRIC_BODIES:
+        known = " or ".join(sorted(PARAMETRIC_BODIES))
+        raise InputError(f"vehicle.body must be {known} (got '{vehicle.body}')")
     return _parts(vehicle)
 
 
@@ -71,7 +72,7 @@ def _parts(vehicle: Vehicle) -> tuple[BodyPart, ...]:
 
 def _finished(vehicle: Vehicle) -> Painted:
     """Return the profile's surfaces in the size of a vehicle, with mirrors and wheels, one mesh per material."""
-    profile = PROFILES[vehicle.body]
+    profile = profile_of(vehicle.body)
     painted = stored_surfaces(
         vehicle.body, lambda: _shell(profile) + _cabin(profile) + _blocks(profile.blocks)
     )

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.rig.model import Vehicle
-from riglens.core.vehicle.profile import BodyProfile, Region
-from riglens.core.vehicle.profiles import PROFILES
+from riglens.core.vehicle.profile import BodyProfile, Region, profile_of
 from riglens.core.vehicle.surface import polygon_distance
 
 Doubles = NDArray[np.float64]
@@ -51,7 +50,7 @@ def parts_of_profile(
     vehicle: Vehicle, triangles_m: Doubles, materials: Collection[str], of: Labels
 ) -> Labels:
     """Return the parts (t,) of the triangles (t, 3, 3) of a built-in body with materials `of` (t,)."""
-    profile = PROFILES[vehicle.body]
+    profile = profile_of(vehicle.body)
     scale = np.array([vehicle.length, vehicle.width, vehicle.height])
     scale = scale / [profile.length_m, profile.width_m, profile.height_m]
     corners = triangles_m / scale

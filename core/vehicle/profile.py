@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
+import tomllib
 from dataclasses import dataclass
-from typing import Literal
+from functools import cache
+from typing import Literal, NamedTuple
+
+from pydantic import TypeAdapter
+
+from riglens.assets import asset_path
+from riglens.core.rig.model import Vehicle
+
+BODIES = asset_path("bodies.toml")
+"""The built-in bodies, by the names that a rig file may give."""
 
 Polygon = tuple[tuple[float, float], ...]
 Plane = Literal["xz", "yz", "xy"]
 Facing = Literal["+x", "-x", "|y|", "+z", "-z"]
 
 
-@dataclass(frozen=True)
-class Decal:
+class Decal(NamedTuple):
     """A region painted in another material where the surface faces along `facing` (e.g. "+x", "|y|").
 
     The polygon lies in `plane`, with |y| in place of y, so that one entry serves both sides.
@@ -24,8 +33,7 @@ class Decal:
     round_m: float = 0.0
 
 
-@dataclass(frozen=True)
-class Station:
+class Station(NamedTuple):
     """One cross-section of the lower body at `x`: half width and the heights that shape it, metres."""
 
     x: float
@@ -35,8 +43,7 @@ class Station:
     z_deck: float
 
 
-@dataclass(frozen=True)
-class CabinOutline:
+class CabinOutline(NamedTuple):
     """One horizontal outline of the cabin at height `z`: front and rear ends and half width, metres."""
 
     z: float
@@ -45,8 +52,7 @@ class CabinOutline:
     half_width: float
 
 
-@dataclass(frozen=True)
-class ShutLine:
+class ShutLine(NamedTuple):
     """A thin gap between panels: a path of points in `plane`, on the side that faces along `facing`."""
 
     plane: Plane
@@ -55,8 +61,7 @@ class ShutLine:
     half_width_m: float = 0.007
 
 
-@dataclass(frozen=True)
-class Region:
+class Region(NamedTuple):
     """A part of the body that opens: a polygon in `plane` on the side that faces along `facing`, at least `beyond_m`
     from the origin that way."""
 
@@ -66,8 +71,7 @@ class Region:
     beyond_m: float = 0.0
 
 
-@dataclass(frozen=True)
-class RoundedBlock:
+class RoundedBlock(NamedTuple):
     """A box with rounded edges from corner `low` to `high`, metres; `on_both_sides` adds its image at -y."""
 
     material: str
@@ -107,3 +111,26 @@ class BodyProfile:
     mirror_decals: tuple[Decal, ...] = ()
     doors: tuple[Region, ...] = ()
     lids: tuple[Region, ...] = ()
+
+
+@cache
+def _profiles() -> dict[str, BodyProfile]:
+    with BODIES.open("rb") as file:
+        return TypeAdapter(dict[str, BodyProfile]).validate_python(tomllib.load(file))
+
+
+def profile_of(body: str) -> BodyProfile:
+    """Return a built-in body; KeyError for an unknown one."""
+    return _profiles()[body]
+
+
+def reference_vehicle(body: str) -> Vehicle:
+    """Return a vehicle with a built-in body at its reference size; KeyError for an unknown body."""
+    profile = profile_of(body)
+    return Vehicle(
+        body=body,
+        length=profile.length_m,
+        width=profile.width_m,
+        height=profile.height_m,
+        rear_axle_x=profile.axle_x[0],
+    )

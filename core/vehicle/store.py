@@ -10,10 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from riglens.core.cache_folder import digest_of_files, stored
+from riglens.core.vehicle.profile import BODIES
 from riglens.core.vehicle.surface import Painted, Surface
 
-_MADE_BY = ("body.py", "profile.py", "profiles.py", "wheels.py", "surface.py")
-"""The sources that the surfaces are made by, relative to this folder."""
+_MADE_BY = ("body.py", "profile.py", "wheels.py", "surface.py")
+"""The sources that the surfaces are made by, relative to this folder; beside them, the bodies."""
 
 
 def stored_surfaces(name: str, build: Callable[[], Painted], of: object = None) -> Painted:
@@ -22,7 +23,7 @@ def stored_surfaces(name: str, build: Callable[[], Painted], of: object = None) 
     There is one file per name; the text of `of` says what the surfaces depend on besides the code and numpy.
     """
     sources = (Path(__file__).parent / module for module in _MADE_BY)
-    maker = f"{np.__version__} {digest_of_files(sources)} {of!r}"
+    maker = f"{np.__version__} {digest_of_files((BODIES, *sources))} {of!r}"
     return _unpacked(stored(f"car-{name}", maker, lambda: _packed(build())))
 
 

@@ -14,7 +14,7 @@ from riglens.core.geometry import Pose
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.model import Camera, Rig, Sensor, Vehicle
 from riglens.core.rig.presets import preset
-from riglens.core.vehicle.profiles import reference_vehicle
+from riglens.core.vehicle.profile import reference_vehicle
 from tests.bench.race import Goal, Race
 from tests.bench.scenes import Scenes, competent_edit, dense_rays, models, moved, moves
 

@@ -11,7 +11,7 @@ from riglens.core.rig.model import BrownConrady, Camera, Lidar, LinearAngles, Se
 from riglens.core.sensing.body_ends import housing_radius_m
 from riglens.core.sensing.rays import sensor_rays
 from riglens.core.sensors.registry import kind_of
-from riglens.core.vehicle.profiles import reference_vehicle
+from riglens.core.vehicle.profile import reference_vehicle
 from riglens.core.vehicle.solid import Solid, solid_of
 from tests.core.vehicle.solids import body_ends, brute_force, plate, soup
 

@@ -18,7 +18,7 @@ from riglens.core.sensing.body_ends import (
     rays_in_metres,
 )
 from riglens.core.sensing.rays import sensor_rays
-from riglens.core.vehicle.profiles import reference_vehicle
+from riglens.core.vehicle.profile import reference_vehicle
 from riglens.core.vehicle.solid import Barrier, Solid, solid_of
 from tests.core.vehicle.solids import box, soup
 

@@ -11,7 +11,7 @@ from riglens.core.geometry import Pose
 from riglens.core.rig.edits import mirrored_pose, partner_of
 from riglens.core.rig.model import Rig, Vehicle
 from riglens.core.rig.yaml.file import load_rig
-from riglens.core.vehicle.profiles import reference_vehicle
+from riglens.core.vehicle.profile import reference_vehicle
 from tests.app.window.desk import FullDesk
 from tests.app.window_bench import LIDAR
 from tests.waiting import TIMEOUT_MS

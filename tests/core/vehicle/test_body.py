@@ -1,12 +1,15 @@
 """The car body: exactly the vehicle's size, recognisably a car, wheels where the axles are."""
 
+import tomllib
+
 import numpy as np
 import pytest
 
+from riglens.assets import asset_path
 from riglens.core.errors import InputError
 from riglens.core.rig.model import PARAMETRIC_BODIES, Vehicle
 from riglens.core.vehicle.body import body_parts
-from riglens.core.vehicle.profiles import PROFILES, reference_vehicle
+from riglens.core.vehicle.profile import profile_of, reference_vehicle
 
 BODIES = [reference_vehicle(body) for body in PARAMETRIC_BODIES]
 VEHICLES = [
@@ -35,7 +38,7 @@ def test_the_body_has_the_length_width_and_height_of_the_vehicle(vehicle):
 @pytest.mark.parametrize("vehicle", VEHICLES)
 def test_the_wheels_stand_on_the_ground_at_the_axles_inside_the_width(vehicle):
     tyres = points_of(vehicle, "tyre")
-    profile = PROFILES[vehicle.body]
+    profile = profile_of(vehicle.body)
     wheelbase_m = (profile.axle_x[1] - profile.axle_x[0]) * vehicle.length / profile.length_m
     assert tyres[:, 2].min() == pytest.approx(0.0, abs=1e-4)
     assert np.abs(tyres[:, 1]).max() <= vehicle.width / 2
@@ -101,7 +104,7 @@ def test_an_unknown_body_is_refused_in_one_line_that_names_the_known_ones():
 
 
 def test_every_body_that_a_rig_file_may_name_can_be_drawn():
-    assert tuple(PROFILES) == PARAMETRIC_BODIES
+    assert tuple(tomllib.loads(asset_path("bodies.toml").read_text("utf-8"))) == PARAMETRIC_BODIES
     assert reference_vehicle("sedan") == Vehicle()
 
 

@@ -15,7 +15,7 @@ from riglens.core.rig.library import default_library
 from riglens.core.rig.model import PARAMETRIC_BODIES, Rig, Vehicle
 from riglens.core.vehicle.mesh_file import read_mesh
 from riglens.core.vehicle.parts import PARTS, overlaps, part_called
-from riglens.core.vehicle.profiles import reference_vehicle
+from riglens.core.vehicle.profile import reference_vehicle
 from riglens.core.vehicle.solid import solid_of
 from riglens.core.vehicle.standing import skin_of
 

@@ -11,7 +11,7 @@ from riglens.core.errors import InputError
 from riglens.core.kernels.body.solid import meet_listed
 from riglens.core.rig.body_mesh import BodyMesh
 from riglens.core.rig.model import PARAMETRIC_BODIES, Vehicle
-from riglens.core.vehicle.profiles import reference_vehicle
+from riglens.core.vehicle.profile import reference_vehicle
 from riglens.core.vehicle.solid import GLASS, MATERIALS, Solid, solid_of
 from tests.core.vehicle.solids import box, brute_force, plate, soup
 

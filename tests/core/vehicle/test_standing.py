@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from riglens.core.rig.model import PARAMETRIC_BODIES, Vehicle
 from riglens.core.rig.presets import preset
-from riglens.core.vehicle.profiles import reference_vehicle
+from riglens.core.vehicle.profile import reference_vehicle
 from riglens.core.vehicle.solid import Solid, solid_of
 from riglens.core.vehicle.standing import mount_status, problems_in_short
 from tests.core.vehicle.solids import box, plate

@@ -55,9 +55,11 @@ def test_the_second_start_builds_nothing_and_gets_the_same_surfaces(folder):
 def test_surfaces_of_other_code_are_built_again(folder, monkeypatch):
     build = Workshop()
     stored_surfaces("sedan", build)
-    monkeypatch.setattr(body_store, "_MADE_BY", ("body.py", "profiles.py"))
+    monkeypatch.setattr(body_store, "_MADE_BY", ("body.py", "profile.py"))
     assert_as_built(stored_surfaces("sedan", build))
-    assert build.built == 2
+    monkeypatch.setattr(body_store, "BODIES", Path(__file__))
+    assert_as_built(stored_surfaces("sedan", build))
+    assert build.built == 3
 
 
 def test_surfaces_of_something_else_are_built_again(folder):

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from riglens.core.rig.model import Vehicle
-from riglens.core.vehicle.profiles import PROFILES
+from riglens.core.rig.model import PARAMETRIC_BODIES, Vehicle
 from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.drawing.stage import render_window
 from riglens.widgets.theme import DARK, LIGHT
@@ -25,7 +24,7 @@ def picture(plotter: pv.Plotter, scene: DrawnScene, camera: OrbitCamera, quick: 
     return np.asarray(plotter.screenshot(None, return_img=True))[:, :, :3].astype(int)
 
 
-@pytest.mark.parametrize("body", sorted(PROFILES))
+@pytest.mark.parametrize("body", sorted(PARAMETRIC_BODIES))
 def test_a_car_at_rest_mirrors_what_its_viewer_sees_in_it(plotter, body):
     scene = DrawnScene(plotter)
     for palette in (DARK, LIGHT):

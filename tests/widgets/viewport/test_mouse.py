@@ -15,7 +15,7 @@ from riglens.core.rig.edits import linked
 from riglens.core.rig.library import sensor_from_model
 from riglens.core.rig.model import Rig
 from riglens.core.vehicle.placing import PlacingRules
-from riglens.core.vehicle.profiles import reference_vehicle
+from riglens.core.vehicle.profile import reference_vehicle
 from riglens.widgets.gizmo.drag import Handle, along_axis_m, gizmo_axes
 from riglens.widgets.panels.sensors.library import MODEL_MIME
 from tests.widgets.mouse import hover

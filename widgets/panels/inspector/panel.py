@@ -12,9 +12,9 @@ from PySide6.QtWidgets import QComboBox, QPushButton, QScrollArea, QStackedWidge
 from riglens.core.figures.values import Values
 from riglens.core.geometry import Pose
 from riglens.core.rig.edits import partner_of
-from riglens.core.rig.model import MeshPlacement, Rig, Vehicle
+from riglens.core.rig.model import PARAMETRIC_BODIES, MeshPlacement, Rig, Vehicle
 from riglens.core.sensors.registry import AnyKind, kind_of, shown_kinds
-from riglens.core.vehicle.profiles import PROFILES, reference_vehicle
+from riglens.core.vehicle.profile import reference_vehicle
 from riglens.core.vehicle.standing import MountStatus
 from riglens.widgets.panels.controls.building import button, plain_label
 from riglens.widgets.panels.controls.scrolled import breakable, scrolled
@@ -33,7 +33,7 @@ _SIZES = ("length", "width", "height", "rear_axle_x")
 def with_body(rig: Rig, body: str) -> Rig:
     """Return the rig on another body; sizes that are still those of the old body become those of the new one."""
     vehicle, changes = rig.vehicle, {"body": body}
-    if vehicle.body in PROFILES and body in PROFILES:
+    if vehicle.body in PARAMETRIC_BODIES and body in PARAMETRIC_BODIES:
         old, new = reference_vehicle(vehicle.body), reference_vehicle(body)
         changes |= {
             name: getattr(new, name) for name in _SIZES if getattr(vehicle, name) == getattr(old, name)
@@ -232,7 +232,7 @@ class RigForm(Form):
 
     def _add_body(self) -> None:
         body = self._body = ChoiceBox()
-        for known in PROFILES:
+        for known in PARAMETRIC_BODIES:
             body.addItem(known, known)
         body.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         tip = "Use a glTF, OBJ, STL or PLY file as the body of the car."
@@ -244,7 +244,7 @@ class RigForm(Form):
 
     def _show_body(self, body: str) -> None:
         """Show a mesh file by its name alone, with its path in the tooltip."""
-        if body not in PROFILES:
+        if body not in PARAMETRIC_BODIES:
             self._body.setItemText(self._body.currentIndex(), PurePath(body).name)
         self._body.setToolTip(plain_tip(body))
 
