@@ -13,7 +13,7 @@ from riglens.core.rig.presets import PRESETS, preset
 from riglens.core.rig.yaml.file import load_rig, new_rig_file
 from riglens.core.sensors.registry import kinds
 from tests.app.conftest import SMALL_GRID, Run
-from tests.core.formats.cases import AUTOWARE_KIT, DRIVEWORKS, NUSCENES, write_files
+from tests.core.formats.cases import SMALL, write_files
 
 # ---------------------------------------------------------------- presets
 
@@ -55,7 +55,7 @@ def test_out_without_a_name_is_refused(riglens, tmp_path):
 
 
 def test_the_report_names_every_sensor_on_the_terminal_and_in_a_file(riglens: Run, tmp_path: Path) -> None:
-    folder = write_files(tmp_path / "nuscenes", NUSCENES)
+    folder = write_files(tmp_path / "nuscenes", SMALL["nuscenes"])
     report = tmp_path / "report.txt"
     outcome = riglens("convert", folder, tmp_path / "rig.urdf", "--report", report)
     assert outcome.code == 0 and " more)" not in outcome.err
@@ -69,7 +69,7 @@ def test_the_report_names_every_sensor_on_the_terminal_and_in_a_file(riglens: Ru
 def test_tables_become_a_rig_file_and_the_report_stands_on_standard_error(
     riglens: Run, tmp_path: Path
 ) -> None:
-    folder = write_files(tmp_path / "tables", NUSCENES)
+    folder = write_files(tmp_path / "tables", SMALL["nuscenes"])
     outcome = riglens("convert", folder, tmp_path / "rig.yaml")
     assert outcome.code == 0
     assert outcome.out.endswith("rig.yaml: 3 sensors as RigLens rig YAML\n")
@@ -99,7 +99,7 @@ def test_what_is_implausible_about_a_rig_is_told_by_commands_and_python(riglens:
 
 
 def test_options_say_what_the_file_does_not(riglens: Run, tmp_path: Path) -> None:
-    folder = write_files(tmp_path / "tables", NUSCENES)
+    folder = write_files(tmp_path / "tables", SMALL["nuscenes"])
     riglens("list", "rigs", "Line", "--out", tmp_path / "line.yaml")
     target = tmp_path / "rig.yaml"
     options = ("--token", "b2", "--vehicle", tmp_path / "line.yaml", "--rear-axle-x", "-1.0")
@@ -126,7 +126,7 @@ def test_a_preset_goes_out_in_every_format(riglens: Run, tmp_path: Path) -> None
 
 
 def test_every_command_that_takes_a_rig_takes_a_foreign_one(riglens: Run, tmp_path: Path) -> None:
-    path = write_files(tmp_path, DRIVEWORKS) / "rig.json"
+    path = write_files(tmp_path, SMALL["driveworks"]) / "rig.json"
     outcome = riglens("evaluate", path, *SMALL_GRID, "--json", "-")
     assert outcome.code == 0
     assert json.loads(outcome.out)["rigs"][0]["name"].endswith(" rig")
@@ -155,7 +155,7 @@ def test_every_command_that_takes_a_rig_takes_a_foreign_one(riglens: Run, tmp_pa
 def test_what_cannot_be_done_is_said_in_one_line(
     riglens: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...], complaint: str
 ) -> None:
-    monkeypatch.chdir(write_files(tmp_path, DRIVEWORKS))
+    monkeypatch.chdir(write_files(tmp_path, SMALL["driveworks"]))
     write_files(tmp_path / "here", {"a.txt": "mine"})
     assert complaint in riglens("convert", *arguments).refused()
     assert not (tmp_path / "out.yaml").exists()
@@ -174,7 +174,7 @@ def test_an_xacro_file_without_anything_is_refused_in_one_line(riglens: Run, tmp
 
 
 def test_an_autoware_kit_can_be_drawn_on_another_car(riglens: Run, tmp_path: Path) -> None:
-    folder = write_files(tmp_path / "kit", AUTOWARE_KIT)
+    folder = write_files(tmp_path / "kit", SMALL["autoware"])
     for axle, x in (("-1.0", -0.1), ("-2.0", -1.1)):
         assert riglens("convert", folder, tmp_path / "a.yaml", "--rear-axle-x", axle).code == 0
         assert load_rig(tmp_path / "a.yaml").rig.sensor("velodyne_top").position == pytest.approx(

@@ -11,7 +11,7 @@ from riglens.core.formats.argoverse import POSES
 from riglens.core.formats.exchange import read_rig, writable
 from tests.app.window.desk import FullDesk
 from tests.app.window_bench import RIG
-from tests.core.formats.cases import AUTOWARE_KIT, DRIVEWORKS, NUSCENES, SMALL, URDF, write_files
+from tests.core.formats.cases import SMALL, write_files
 from tests.waiting import TIMEOUT_MS
 
 
@@ -26,9 +26,9 @@ def export(bench: FullDesk, name: str) -> None:
 @pytest.mark.parametrize(
     ("files", "named", "names"),
     [
-        (NUSCENES, "calibrated_sensor.json", ["CAM_FRONT", "LIDAR_TOP", "RADAR_FRONT"]),
-        (AUTOWARE_KIT, "sensor_kit_calibration.yaml", ["camera0", "velodyne_top"]),
-        (URDF, "rig.urdf", ["velodyne", "camera"]),
+        (SMALL["nuscenes"], "calibrated_sensor.json", ["CAM_FRONT", "LIDAR_TOP", "RADAR_FRONT"]),
+        (SMALL["autoware"], "sensor_kit_calibration.yaml", ["camera0", "velodyne_top"]),
+        (SMALL["urdf"], "rig.urdf", ["velodyne", "camera"]),
     ],
 )
 def test_a_rig_of_another_program_is_opened_with_a_report(
@@ -54,7 +54,7 @@ def test_the_dialog_offers_every_kind_of_file_that_is_read() -> None:
 def test_saving_a_foreign_rig_asks_for_a_file_and_leaves_the_source_alone(
     bench: FullDesk, tmp_path: Path
 ) -> None:
-    source = write_files(tmp_path, DRIVEWORKS) / "rig.json"
+    source = write_files(tmp_path, SMALL["driveworks"]) / "rig.json"
     before = source.read_bytes()
     bench.dialogs.path = source
     bench.act("open")
@@ -92,8 +92,8 @@ def test_a_folder_with_other_files_is_not_overwritten_by_an_export(bench: FullDe
 
 
 def test_names_from_a_file_are_shown_as_they_are_and_not_as_markup(bench: FullDesk, tmp_path: Path) -> None:
-    text = AUTOWARE_KIT["sensor_kit_calibration.yaml"].replace("gnss_link", '"<img src=x>gnss"')
-    files = {**AUTOWARE_KIT, "sensor_kit_calibration.yaml": text}
+    text = SMALL["autoware"]["sensor_kit_calibration.yaml"].replace("gnss_link", '"<img src=x>gnss"')
+    files = {**SMALL["autoware"], "sensor_kit_calibration.yaml": text}
     bench.dialogs.path = write_files(tmp_path / "kit", files) / "sensors_calibration.yaml"
     bench.act("open")
     bench.qtbot.waitUntil(lambda: bool(bench.dialogs.shown), timeout=TIMEOUT_MS)
@@ -101,11 +101,11 @@ def test_names_from_a_file_are_shown_as_they_are_and_not_as_markup(bench: FullDe
 
 
 def test_a_dropped_rig_of_another_program_is_opened(bench: FullDesk, tmp_path: Path) -> None:
-    bench.features.drop.take([write_files(tmp_path, DRIVEWORKS) / "rig.json"])
+    bench.features.drop.take([write_files(tmp_path, SMALL["driveworks"]) / "rig.json"])
     bench.qtbot.waitUntil(lambda: bool(bench.dialogs.shown), timeout=TIMEOUT_MS)
     assert [sensor.name for sensor in bench.document.rig.sensors] == ["camera:front", "lidar:top"]
 
 
 def test_a_rig_of_another_program_can_be_compared_with(bench: FullDesk, tmp_path: Path) -> None:
-    bench.features.compare.add_file(write_files(tmp_path, DRIVEWORKS) / "rig.json")
+    bench.features.compare.add_file(write_files(tmp_path, SMALL["driveworks"]) / "rig.json")
     assert len(bench.dialogs.shown) == 1 and bench.document.rig == RIG

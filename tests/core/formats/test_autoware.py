@@ -11,7 +11,7 @@ from riglens.core.formats.mounts import ReadOptions
 from riglens.core.formats.report import OpenedRig
 from riglens.core.formats.source import Source
 from riglens.core.rig.model import Vehicle
-from tests.core.formats.cases import KALIBR, VEHICLE, lidar, rig_of, write_files
+from tests.core.formats.cases import SMALL, VEHICLE, lidar, rig_of, write_files
 from tests.core.formats.test_reports import has
 from tests.core.formats.test_round_trips import again
 
@@ -131,7 +131,7 @@ def test_the_xacro_of_a_kit_says_what_stands_where(tmp_path: Path) -> None:
         assert [sensor.model for sensor in read.rig.enabled_lidars()] == ["velodyne-vlp-16", "hesai-qt64"]
     with pytest.raises(InputError, match=r"^kit must be a folder with xacro files"):
         read_rig(apart, options=ReadOptions(kit=tmp_path))
-    write_files(tmp_path / "other", KALIBR)
+    write_files(tmp_path / "other", SMALL["kalibr"])
     with pytest.raises(InputError, match=r"^kit applies to an Autoware kit only"):
         read_rig(tmp_path / "other" / "camchain.yaml", options=ReadOptions(kit=config))
 

@@ -8,7 +8,7 @@ import pytest
 from riglens.core.errors import InputError
 from riglens.core.formats.exchange import read_rig
 from riglens.core.formats.mounts import ReadOptions
-from tests.core.formats.cases import CARLA_TOML, lidar, read_files, rig_of, written
+from tests.core.formats.cases import SMALL, lidar, read_files, rig_of, written
 from tests.core.formats.test_reports import has
 
 SETS = {
@@ -62,7 +62,7 @@ def test_another_set_is_refused(tmp_path: Path) -> None:
 
 
 def test_flat_lists_stay_one_rig_in_radians() -> None:
-    imported = read_files(CARLA_TOML)
+    imported = read_files(SMALL["carla-toml"])
     assert len(imported.rig.enabled_lidars()) == 4 and has(imported.report, "read", "radians")
     assert imported.rig.sensor("lidar_3").rpy_deg[0] == pytest.approx(16.0428, abs=1e-3)
 

@@ -12,24 +12,7 @@ from riglens.core.errors import InputError
 from riglens.core.formats.mounts import ReadOptions
 from riglens.core.geometry import Vec3
 from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt, Lidar, LinearAngles, Sensor
-from tests.core.formats.cases import (
-    DAIR,
-    DDAD,
-    LGSVL,
-    LIO_SAM,
-    ONCE,
-    OPV2V,
-    ORB_SLAM,
-    R3LIVE,
-    VEHICLE,
-    VLCAL,
-    ZOD,
-    Files,
-    optical,
-    read_files,
-    sensor_matrix,
-    transform,
-)
+from tests.core.formats.cases import SMALL, VEHICLE, Files, optical, read_files, sensor_matrix, transform
 from tests.core.formats.test_reports import has
 
 AT_ORIGIN = ReadOptions(vehicle=VEHICLE, origin_m=(0.0, 0.0, 0.0))
@@ -49,7 +32,7 @@ def changed(files: Files, change: Any) -> Files:
 
 
 def test_once_points_of_the_lidar_come_to_the_camera_as_the_devkit_projects_them() -> None:
-    found, calib = sensors(ONCE), json.loads(ONCE["000027.json"])["calib"]
+    found, calib = sensors(SMALL["once"]), json.loads(SMALL["once"]["000027.json"])["calib"]
     ahead_in_velo = np.array([-0.5, -12.0, 0.25, 1.0])  # x left, y backwards: 12 m ahead, 0.5 m to the right
     in_camera = np.linalg.inv(calib["cam01"]["cam_to_velo"]) @ ahead_in_velo
     ours = np.linalg.inv(optical(sensor_matrix(found["cam01"]))) @ [12.0, -0.5, 0.25, 1.0]
@@ -60,7 +43,7 @@ def test_once_points_of_the_lidar_come_to_the_camera_as_the_devkit_projects_them
 
 
 def test_zod_lidar_has_x_to_the_right_and_the_camera_a_fisheye() -> None:
-    found, camera = sensors(ZOD), json.loads(ZOD["calibration.json"])["FC"]
+    found, camera = sensors(SMALL["zod"]), json.loads(SMALL["zod"]["calibration.json"])["FC"]
     ahead = camera["lidar_extrinsics"] @ np.array([0.0, 10.0, 0.0, 1.0])  # y of the LiDAR is forward
     np.testing.assert_allclose(sensor_matrix(found["lidar_velodyne"]) @ [10, 0, 0, 1], ahead, atol=1e-12)
     front = found["FC"]
@@ -75,7 +58,7 @@ def test_ddad_lens_follows_the_flag_of_its_model(fisheye: int, kind: type) -> No
     def bent(document: Any) -> None:
         document["intrinsics"][1] |= {"fisheye": fisheye, "k1": -0.05, "k2": 0.01}
 
-    read = read_files(changed(DDAD, bent), options=AT_ORIGIN)
+    read = read_files(changed(SMALL["ddad"], bent), options=AT_ORIGIN)
     (camera,) = read.rig.sensors
     assert isinstance(camera, Camera) and isinstance(camera.distortion, kind)
     assert has(read.report, "ignored", "where their LiDARs are is not in the file", "(LIDAR)")
@@ -86,15 +69,18 @@ def test_a_lidar_of_dgp_with_a_place_is_kept() -> None:
     def placed(document: Any) -> None:
         document["extrinsics"][0]["translation"] = {"x": 1.5, "z": 2.0}
 
-    assert sensors(changed(DDAD, placed))["LIDAR"].position == (1.5, 0.0, 2.0)
+    assert sensors(changed(SMALL["ddad"], placed))["LIDAR"].position == (1.5, 0.0, 2.0)
 
 
 def test_dair_takes_the_frame_that_is_named() -> None:
     def at(frame: str, shift: float) -> Files:
-        moved = DAIR["calib/lidar_to_camera/000000.json"].replace("-0.75", f"{shift}")
-        return {name.replace("000000", frame): moved if "lidar" in name else DAIR[name] for name in DAIR}
+        moved = SMALL["dair-v2x"]["calib/lidar_to_camera/000000.json"].replace("-0.75", f"{shift}")
+        return {
+            name.replace("000000", frame): moved if "lidar" in name else SMALL["dair-v2x"][name]
+            for name in SMALL["dair-v2x"]
+        }
 
-    both = {**DAIR, **at("000007", -0.5)}
+    both = {**SMALL["dair-v2x"], **at("000007", -0.5)}
     assert sensors(both)["camera"].position == pytest.approx((0.75, 0.1, -0.3))
     named = ReadOptions(vehicle=VEHICLE, origin_m=(0.0, 0.0, 0.0), token="000007")
     assert sensors(both, named)["camera"].position == pytest.approx((0.5, 0.1, -0.3))
@@ -119,7 +105,7 @@ def carla_matrix(pose: list[float]) -> Any:
 
 def test_opv2v_poses_are_those_of_carla_mirrored() -> None:
     cords, ego = [141.35, -388.64, 1.04, 3.0, 170.0, 7.0], [143.85, -388.75, 0.1, -2.0, 174.0, 1.5]
-    text = OPV2V["000069.yaml"].replace("[141.35, -388.75, 1.0, 0.0, 180.0, 0.0]", str(cords))
+    text = SMALL["opv2v"]["000069.yaml"].replace("[141.35, -388.75, 1.0, 0.0, 180.0, 0.0]", str(cords))
     text = text.replace("[143.85, -388.75, 0.0, 0.0, 180.0, 0.0]", str(ego))
     mirror = np.diag([1.0, -1.0, 1.0, 1.0])
     expected = mirror @ np.linalg.inv(carla_matrix(ego)) @ carla_matrix(cords) @ mirror
@@ -136,7 +122,7 @@ def unity_matrix(pitch: float, yaw: float, roll: float) -> Any:
 
 
 def test_lgsvl_poses_are_those_of_unity() -> None:
-    camera = sensors(LGSVL)["Right Camera"]
+    camera = sensors(SMALL["lgsvl"])["Right Camera"]
     from_unity = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])  # x right, y up, z forward
     turned = from_unity @ unity_matrix(10.0, 30.0, 5.0) @ from_unity.T
     np.testing.assert_allclose(
@@ -147,19 +133,19 @@ def test_lgsvl_poses_are_those_of_unity() -> None:
 
 
 def test_lgsvl_beams_lie_about_the_centre_angle_below_the_horizon() -> None:
-    lidar = sensors(LGSVL)["Lidar"]
+    lidar = sensors(SMALL["lgsvl"])["Lidar"]
     assert isinstance(lidar, Lidar) and lidar.range_m == (0.5, 100.0) and lidar.azimuths().size == 360
     assert lidar.elevations_deg == LinearAngles(from_=-30.665, to=10.665, count=32)
 
     def listed(document: Any) -> None:
         document[1]["params"]["VerticalRayAngles"] = [2.0, -15.639, -25.0]
 
-    listed_one = sensors(changed(LGSVL, listed))["Lidar"]
+    listed_one = sensors(changed(SMALL["lgsvl"], listed))["Lidar"]
     assert isinstance(listed_one, Lidar) and listed_one.elevations_deg == (-25.0, -15.639, 2.0)
 
 
 def test_orb_slam_cameras_stand_as_its_matrices_say() -> None:
-    found = sensors(ORB_SLAM)
+    found = sensors(SMALL["orb-slam3"])
     first, second = (optical(sensor_matrix(found[name])) for name in ("camera1", "camera2"))
     between: Any = np.linalg.inv(first) @ second
     assert between[:3, 3] == pytest.approx(
@@ -176,14 +162,14 @@ def test_orb_slam_cameras_stand_as_its_matrices_say() -> None:
 
 
 def test_lvi_sam_groups_its_parameters_by_its_own_name() -> None:
-    text = LIO_SAM["params.yaml"].replace("lio_sam:", "lvi_sam:").replace("  sensor: velodyne\n", "")
+    text = SMALL["lio-sam"]["params.yaml"].replace("lio_sam:", "lvi_sam:").replace("  sensor: velodyne\n", "")
     (lidar,) = sensors({"params_lidar.yaml": f'PROJECT_NAME: "lvi_sam"\n{text}'}).values()
     assert isinstance(lidar, Lidar) and lidar.name == "velodyne"
 
 
 def test_the_sensors_of_r3live_stand_around_its_imu() -> None:
     """The camera as in its configuration, with the offset given there in a comment; the LiDAR as the program has it."""
-    found = sensors(R3LIVE)
+    found = sensors(SMALL["r3live"])
     camera, lidar = found["camera"], found["lidar"]
     between = np.array(camera.position) - np.array(lidar.position)
     assert between == pytest.approx((0.050166 - 0.04165, 0.0474116 - 0.02326, -0.0312415 + 0.0284))
@@ -224,7 +210,7 @@ def test_orb_slam_pairs_have_their_base_line(more: str, apart: float | None) -> 
 @pytest.mark.parametrize("kind", ["velodyne", "strange"])
 @pytest.mark.parametrize("form", ["ros1", "ros2"])
 def test_lio_sam_names_what_it_takes_the_lidar_for(kind: str, form: str) -> None:
-    text = LIO_SAM["params.yaml"].replace("sensor: velodyne", f"sensor: {kind}")
+    text = SMALL["lio-sam"]["params.yaml"].replace("sensor: velodyne", f"sensor: {kind}")
     if form == "ros2":
         text = "/**:\n  ros__parameters:\n" + "".join(f"  {line}\n" for line in text.splitlines()[1:])
     read = read_files({"params.yaml": text})
@@ -236,10 +222,10 @@ def test_lio_sam_names_what_it_takes_the_lidar_for(kind: str, form: str) -> None
 
 
 def test_vlcal_pose_takes_points_of_the_camera_to_the_lidar() -> None:
-    x, y, z, *xyzw = json.loads(VLCAL["calib.json"])["results"]["T_lidar_camera"]
+    x, y, z, *xyzw = json.loads(SMALL["vlcal"]["calib.json"])["results"]["T_lidar_camera"]
     position: Vec3 = (x, y, z)
     expected = transform(Rotation.from_quat(xyzw), position)
-    np.testing.assert_allclose(optical(sensor_matrix(sensors(VLCAL)["camera"])), expected, atol=1e-9)
+    np.testing.assert_allclose(optical(sensor_matrix(sensors(SMALL["vlcal"])["camera"])), expected, atol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -255,7 +241,7 @@ def test_vlcal_lenses(model: str, numbers: list[float], lens: type) -> None:
         document["camera"] |= {"camera_model": model, "distortion_coeffs": numbers}
         document["camera"]["intrinsics"] += [1.2] if model == "omnidir" else []
 
-    camera = sensors(changed(VLCAL, other))["camera"]
+    camera = sensors(changed(SMALL["vlcal"], other))["camera"]
     assert isinstance(camera, Camera) and isinstance(camera.distortion, lens)
 
 
@@ -264,9 +250,9 @@ def test_vlcal_panoramas_are_refused_and_first_guesses_told() -> None:
         document["camera"] |= {"camera_model": "equirectangular", "intrinsics": [1920, 960]}
 
     with pytest.raises(InputError, match="camera_model: must be plumb_bob"):
-        read_files(changed(VLCAL, panorama))
+        read_files(changed(SMALL["vlcal"], panorama))
 
     def guessed(document: Any) -> None:
         document["results"] = {"init_T_lidar_camera_auto": document["results"]["T_lidar_camera"]}
 
-    assert has(read_files(changed(VLCAL, guessed)).report, "approximated", "first guess", "(camera)")
+    assert has(read_files(changed(SMALL["vlcal"], guessed)).report, "approximated", "first guess", "(camera)")

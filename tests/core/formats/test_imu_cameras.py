@@ -11,7 +11,7 @@ from riglens.core.formats.mounts import ReadOptions
 from riglens.core.formats.report import Notes
 from riglens.core.rig.model import Camera, KannalaBrandt
 from riglens.core.sensors.camera import project_px
-from tests.core.formats.cases import KALIBR, VEHICLE, optical, pose_matrix, read_files, transform
+from tests.core.formats.cases import SMALL, VEHICLE, optical, pose_matrix, read_files, transform
 from tests.core.formats.test_reports import has
 
 AT_ORIGIN = ReadOptions(vehicle=VEHICLE, origin_m=(0.0, 0.0, 0.0))
@@ -63,7 +63,7 @@ def test_lenses_by_way_of_a_sphere_are_fitted_within_a_tenth_of_a_pixel(
     model, numbers, project, widest_deg
 ) -> None:  # type: ignore[no-untyped-def]
     """They were pinholes of their focal lengths: a 93 degree lens had 20."""
-    text = KALIBR["camchain.yaml"].partition("cam1:")[0]
+    text = SMALL["kalibr"]["camchain.yaml"].partition("cam1:")[0]
     text = (
         text.replace("pinhole", model).replace("[458.6, 457.3, ", f"[{numbers}, ").replace("radtan", "none")
     )

@@ -134,9 +134,9 @@ def test_driveworks_brings_back_any_fisheye_within_the_error_that_it_tells() -> 
 
 
 def test_an_f_theta_lens_of_a_driveworks_file_goes_out_and_in_again() -> None:
-    from tests.core.formats.cases import DRIVEWORKS
+    from tests.core.formats.cases import SMALL
 
-    own = read_files(DRIVEWORKS).rig.sensor("camera:front")
+    own = read_files(SMALL["driveworks"]).rig.sensor("camera:front")
     (back,) = again("driveworks", rig_of(own)).sensors
     assert isinstance(own, Camera) and isinstance(back, Camera)
     assert most_off_deg(own, back) < 0.005

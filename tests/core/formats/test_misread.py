@@ -13,18 +13,7 @@ from riglens.core.formats.mounts import ReadOptions, find_model
 from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt, Lidar, Rig, Sensor
 from riglens.core.sensors.camera import project_px
 from riglens.core.sensors.ultrasonic import Ultrasonic
-from tests.core.formats.cases import (
-    A2D2,
-    AUTOWARE_KIT,
-    BASALT,
-    KITTI,
-    SDF,
-    Files,
-    lidar,
-    read_files,
-    rig_of,
-    written,
-)
+from tests.core.formats.cases import SMALL, Files, lidar, read_files, rig_of, written
 from tests.core.formats.test_reports import has
 
 MATRIX = "camera_matrix: {rows: 3, cols: 3, data: [500, 0, 640, 0, 500, 360, 0, 0, 1]}\n"
@@ -176,9 +165,13 @@ def test_an_assumed_image_gives_way_to_a_principal_point_that_does_not_fit() -> 
 
 
 def test_odometry_of_kitti_has_the_velodyne_in_rectified_camera_0() -> None:
-    text = KITTI["000000.txt"].replace("Tr_velo_to_cam", "Tr").replace("R0_rect: 1 0 0 0 1 0 0 0 1\n", "")
+    text = (
+        SMALL["kitti"]["000000.txt"]
+        .replace("Tr_velo_to_cam", "Tr")
+        .replace("R0_rect: 1 0 0 0 1 0 0 0 1\n", "")
+    )
     odometry = read_files({"calib.txt": text.replace("Tr_imu_to_velo", "Tr_other")})
-    assert odometry.rig.sensors == read_files(KITTI).rig.sensors
+    assert odometry.rig.sensors == read_files(SMALL["kitti"]).rig.sensors
     assert not has(odometry.report, "IMU")
 
 
@@ -281,13 +274,13 @@ def test_urdf_has_a_frame_of_every_kind() -> None:
     "words", ["x forward, y right", "axes are left-handed", "y axis to the right", "z points down", "NED"]
 )
 def test_a_comment_that_speaks_of_other_axes_is_told(words: str) -> None:
-    kit = dict(AUTOWARE_KIT)
+    kit = dict(SMALL["autoware"])
     kit["sensor_kit_calibration.yaml"] = f"# {words}\n" + kit["sensor_kit_calibration.yaml"]
     assert has(read_files(kit).report, "approximated", "a comment says", words.split()[-1])
     robot = {"car.urdf": f'<robot name="a"><!-- {words} --><link name="top_lidar"/></robot>'}
     assert has(read_files(robot).report, "approximated", "a comment says", words.split()[-1])
     plain = "# right camera, y in metres; z up, drawn down there"
-    kit["sensor_kit_calibration.yaml"] = f"{plain}\n" + AUTOWARE_KIT["sensor_kit_calibration.yaml"]
+    kit["sensor_kit_calibration.yaml"] = f"{plain}\n" + SMALL["autoware"]["sensor_kit_calibration.yaml"]
     assert not has(read_files(kit).report, "a comment says")
 
 
@@ -352,7 +345,7 @@ def test_static_transforms_of_ros_are_chained() -> None:
 
 
 def test_basalts_cameras_stand_around_the_imu() -> None:
-    left, right = read_files(BASALT, options=ReadOptions(origin_m=(0.0, 0.0, 0.0))).rig.sensors
+    left, right = read_files(SMALL["basalt"], options=ReadOptions(origin_m=(0.0, 0.0, 0.0))).rig.sensors
     assert isinstance(left, Camera) and isinstance(right, Camera)
     assert left.position == pytest.approx((0.05, 0.1, 0.02)) and right.position == pytest.approx(
         (0.05, -0.1, 0.02)
@@ -368,7 +361,7 @@ def test_basalts_cameras_stand_around_the_imu() -> None:
 
 
 def test_a2d2_has_views_in_a_box_around_the_rear_axle() -> None:
-    read = read_files(A2D2)
+    read = read_files(SMALL["a2d2"])
     front, side, lidar = read.rig.sensors
     car = read.rig.vehicle
     assert (car.length, car.width, car.height, car.rear_axle_x) == (5.0625, 2.0, 1.75, -1.40625)
@@ -381,14 +374,14 @@ def test_a2d2_has_views_in_a_box_around_the_rear_axle() -> None:
 
 
 def test_links_of_a_model_are_chained_to_its_frame() -> None:
-    read = read_files(SDF)
+    read = read_files(SMALL["sdf"])
     top, view = read.rig.sensors
     assert top.position == pytest.approx((0.25, 0.5, 1.625)) and top.rpy_deg == pytest.approx(
         (0.0, 0.0, 90.0)
     )
     assert view.position == (1.75, 0.0, 1.0) and view.rpy_deg == pytest.approx((0.0, 5.0, 0.0))
     assert has(read.report, "ignored", "navsat", "gps")
-    two = SDF["car.sdf"].replace("</sdf>", '<model name="wall"><link name="w"/></model></sdf>')
+    two = SMALL["sdf"]["car.sdf"].replace("</sdf>", '<model name="wall"><link name="w"/></model></sdf>')
     assert has(read_files({"car.sdf": two}).report, "ignored", "another model", "wall")
     with pytest.raises(InputError, match=r"must be the name of a model .known: car, wall"):
         read_files({"car.sdf": two}, options=ReadOptions(token="lorry"))

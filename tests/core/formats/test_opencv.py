@@ -11,7 +11,7 @@ from riglens.core.formats.mounts import ReadOptions
 from riglens.core.formats.opencv_yaml import camera_info_text
 from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt
 from tests.core.formats.cases import (
-    OPENCV,
+    SMALL,
     VEHICLE,
     Files,
     assert_same_pose,
@@ -24,7 +24,7 @@ from tests.core.formats.test_kalibr import opencv
 from tests.core.formats.test_reports import has
 
 AT_ORIGIN = ReadOptions(vehicle=VEHICLE, origin_m=(0.0, 0.0, 0.0))
-ROS = OPENCV["front.yaml"]
+ROS = SMALL["opencv"]["front.yaml"]
 
 
 def camera(files: Files, name: str | None = None) -> Camera:
@@ -34,7 +34,7 @@ def camera(files: Files, name: str | None = None) -> Camera:
 
 
 def test_camera_info_file_of_ros() -> None:
-    read = read_files(OPENCV, options=AT_ORIGIN)
+    read = read_files(SMALL["opencv"], options=AT_ORIGIN)
     (front,) = read.rig.sensors
     assert isinstance(front, Camera)
     assert (front.name, front.image) == ("front_camera", (1280, 720))
@@ -77,7 +77,7 @@ def storage_json() -> str:
 
 @pytest.mark.parametrize("files", [{"front_camera.xml": STORAGE_XML}, {"front_camera.json": storage_json()}])
 def test_xml_and_json_of_opencv_are_the_same_camera(files: Files) -> None:
-    assert camera(files) == camera(OPENCV)
+    assert camera(files) == camera(SMALL["opencv"])
     assert not any("is not used" in line for line in read_files(files).report.lines())
 
 
@@ -93,7 +93,7 @@ def test_other_xml_is_refused_in_one_line(text: str) -> None:
 
 
 def test_the_projection_of_a_written_camera_is_its_matrix() -> None:
-    (front,) = read_files(OPENCV, options=AT_ORIGIN).rig.sensors
+    (front,) = read_files(SMALL["opencv"], options=AT_ORIGIN).rig.sensors
     assert isinstance(front, Camera)
     written = YAML(typ="safe").load(camera_info_text(front))
     matrix, projection = (

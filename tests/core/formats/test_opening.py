@@ -13,7 +13,7 @@ from riglens.core.formats.exchange import FORMATS
 from riglens.core.formats.opening import open_rig
 from riglens.core.rig.presets import preset
 from riglens.core.rig.yaml.file import load_rig, new_rig_file
-from tests.core.formats.cases import AUTOWARE_KIT, write_files
+from tests.core.formats.cases import SMALL, write_files
 
 
 def test_a_preset_is_found_in_any_spelling() -> None:
@@ -61,7 +61,7 @@ def test_a_rig_file_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 
 
 def test_a_file_of_another_program_comes_with_a_report_and_without_a_file(tmp_path: Path) -> None:
-    folder = write_files(tmp_path / "kit", AUTOWARE_KIT)
+    folder = write_files(tmp_path / "kit", SMALL["autoware"])
     for named in (folder, folder / "sensors_calibration.yaml"):
         opened = open_rig(named)
         assert opened.file is None and opened.report is not None

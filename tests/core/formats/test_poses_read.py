@@ -14,7 +14,6 @@ from riglens.core.formats.mounts import ReadOptions
 from tests.core.formats.cases import (
     POSES,
     VEHICLE,
-    K,
     Matrix,
     Pose,
     assert_same_pose,
@@ -26,6 +25,7 @@ from tests.core.formats.cases import (
     transform,
 )
 
+K = [[1266.4, 0.0, 816.3], [0.0, 1266.4, 491.5], [0.0, 0.0, 1.0]]
 ON_VEHICLE = ReadOptions(vehicle=VEHICLE)
 AT_ORIGIN = ReadOptions(vehicle=VEHICLE, origin_m=(0.0, 0.0, 0.0))
 REAR_AXLE = transform(Rotation.identity(), (-1.4, 0.0, 0.0))

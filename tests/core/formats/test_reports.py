@@ -13,17 +13,7 @@ from riglens.core.formats.mounts import ReadOptions, find_model
 from riglens.core.formats.report import KINDS, Notes, Report
 from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt, Lidar, LinearAngles, Vehicle
 from tests.core.formats.cases import (
-    AUTOWARE_KIT,
-    CARLA,
-    CARLA_TOML,
-    DRIVEWORKS,
-    KALIBR,
-    KITTI,
-    KITTI_RAW,
-    NUSCENES,
-    PANDASET,
     SMALL,
-    URDF,
     VEHICLE,
     Files,
     camera,
@@ -76,30 +66,30 @@ def test_every_import_says_what_it_read_and_where_the_origin_is(case: str) -> No
 @pytest.mark.parametrize(
     ("files", "pieces"),
     [
-        (NUSCENES, ("read", "continental-ars408-21", "RADAR_FRONT")),
-        (NUSCENES, ("approximated", "1600 x 900", "CAM_FRONT")),
-        (NUSCENES, ("converted", "rear axle on the ground", "-1.35 0 0")),
-        (AUTOWARE_KIT, ("ignored", "gnss_link")),
-        (AUTOWARE_KIT, ("approximated", "base of the LiDAR", "velodyne_top_base_link")),
-        (AUTOWARE_KIT, ("approximated", "70 degrees wide", "camera0")),
-        (URDF, ("approximated", "movable joint", "(l)")),
-        (URDF, ("read", "same branch", "camera_link")),
-        (URDF, ("ignored", "meshes")),
-        (URDF, ("ignored", "suggest no sensor", "mount")),
-        (CARLA, ("ignored", "(imu)")),
-        (CARLA, ("ignored", "not the vehicle", "map")),
-        (CARLA_TOML, ("converted", "left-handed", "change sign")),
-        (CARLA_TOML, ("read", "radians")),
-        (DRIVEWORKS, ("converted", "corrections of the calibration", "camera:front")),
-        (DRIVEWORKS, ("approximated", "Kannala-Brandt", "camera:front")),
-        (DRIVEWORKS, ("read", "velodyne-vlp-16", "lidar:top")),
-        (DRIVEWORKS, ("ignored", "(can)")),
-        (PANDASET, ("approximated", "position of the Pandar64", "0 0 2 m")),
-        (PANDASET, ("read", "lens distortion", "front_camera")),
-        (KALIBR, ("approximated", "IMU's axes")),
-        (KITTI, ("approximated", "1242 x 375", "cam0")),
-        (KITTI, ("ignored", "IMU", "Tr_imu_to_velo")),
-        (KITTI_RAW, ("read", "lens distortion", "cam0")),
+        (SMALL["nuscenes"], ("read", "continental-ars408-21", "RADAR_FRONT")),
+        (SMALL["nuscenes"], ("approximated", "1600 x 900", "CAM_FRONT")),
+        (SMALL["nuscenes"], ("converted", "rear axle on the ground", "-1.35 0 0")),
+        (SMALL["autoware"], ("ignored", "gnss_link")),
+        (SMALL["autoware"], ("approximated", "base of the LiDAR", "velodyne_top_base_link")),
+        (SMALL["autoware"], ("approximated", "70 degrees wide", "camera0")),
+        (SMALL["urdf"], ("approximated", "movable joint", "(l)")),
+        (SMALL["urdf"], ("read", "same branch", "camera_link")),
+        (SMALL["urdf"], ("ignored", "meshes")),
+        (SMALL["urdf"], ("ignored", "suggest no sensor", "mount")),
+        (SMALL["carla"], ("ignored", "(imu)")),
+        (SMALL["carla"], ("ignored", "not the vehicle", "map")),
+        (SMALL["carla-toml"], ("converted", "left-handed", "change sign")),
+        (SMALL["carla-toml"], ("read", "radians")),
+        (SMALL["driveworks"], ("converted", "corrections of the calibration", "camera:front")),
+        (SMALL["driveworks"], ("approximated", "Kannala-Brandt", "camera:front")),
+        (SMALL["driveworks"], ("read", "velodyne-vlp-16", "lidar:top")),
+        (SMALL["driveworks"], ("ignored", "(can)")),
+        (SMALL["pandaset"], ("approximated", "position of the Pandar64", "0 0 2 m")),
+        (SMALL["pandaset"], ("read", "lens distortion", "front_camera")),
+        (SMALL["kalibr"], ("approximated", "IMU's axes")),
+        (SMALL["kitti"], ("approximated", "1242 x 375", "cam0")),
+        (SMALL["kitti"], ("ignored", "IMU", "Tr_imu_to_velo")),
+        (SMALL["kitti-raw"], ("read", "lens distortion", "cam0")),
     ],
 )
 def test_an_import_names_what_it_changed(files: Files, pieces: tuple[str, ...]) -> None:
@@ -135,18 +125,18 @@ def test_every_export_says_what_it_leaves_out(name: str) -> None:
 
 
 def test_lenses_come_in_with_their_distortion() -> None:
-    one, other = read_files(KALIBR).rig.enabled_cameras()
+    one, other = read_files(SMALL["kalibr"]).rig.enabled_cameras()
     assert one.distortion == BrownConrady(k1=-0.28, k2=0.07, p1=0.0002, p2=0.00002)
     assert other.distortion == KannalaBrandt(k1=0.01, k2=-0.02, k3=0.003, k4=0.0)
-    (front,) = read_files(PANDASET).rig.enabled_cameras()
+    (front,) = read_files(SMALL["pandaset"]).rig.enabled_cameras()
     assert front.distortion == BrownConrady(k1=-0.5894, k2=0.66, p1=0.0011, p2=-0.001, k3=-1.0088)
-    cam1 = read_files(KITTI_RAW).rig.sensor("cam1")
+    cam1 = read_files(SMALL["kitti-raw"]).rig.sensor("cam1")
     assert isinstance(cam1, Camera) and cam1.distortion is None
 
 
 def test_an_f_theta_lens_keeps_the_angle_of_every_pixel() -> None:
     """The polynomial of the file at a pixel, and the angle of the ray that the camera casts there."""
-    front = read_files(DRIVEWORKS).rig.sensor("camera:front")
+    front = read_files(SMALL["driveworks"]).rig.sensor("camera:front")
     assert isinstance(front, Camera) and isinstance(front.distortion, KannalaBrandt)
     bend = front.distortion
     for distance_px in (50.0, 400.0, 900.0, 1130.0):
@@ -179,16 +169,16 @@ def test_lidar_models_are_found_by_their_product_names(words: str, model: str | 
 
 
 def test_a_vehicle_is_what_the_user_says_then_what_the_file_says() -> None:
-    assert read_files(DRIVEWORKS).rig.vehicle == Vehicle(
+    assert read_files(SMALL["driveworks"]).rig.vehicle == Vehicle(
         length=4.872, width=1.852, height=1.473, rear_axle_x=-1.327
     )
-    assert read_files(DRIVEWORKS, options=ReadOptions(vehicle=VEHICLE)).rig.vehicle == VEHICLE
-    moved = read_files(DRIVEWORKS, options=ReadOptions(rear_axle_x=-1.0)).rig
+    assert read_files(SMALL["driveworks"], options=ReadOptions(vehicle=VEHICLE)).rig.vehicle == VEHICLE
+    moved = read_files(SMALL["driveworks"], options=ReadOptions(rear_axle_x=-1.0)).rig
     assert moved.vehicle.rear_axle_x == -1.0 and moved.sensor("lidar:top").position == (0.0, 0.0, 2.0)
 
 
 def test_carla_beams_and_turns_are_counted_as_carla_does() -> None:
-    found = read_files(CARLA).rig.sensor("lidar")
+    found = read_files(SMALL["carla"]).rig.sensor("lidar")
     assert isinstance(found, Lidar)
     assert found.elevations_deg == LinearAngles(from_=-26.8, to=2.0, count=32)
     assert found.azimuths().size == 320_000 / (20 * 32) and found.range_m == (0.0, 50.0)
@@ -205,7 +195,7 @@ def test_the_list_of_formats_is_the_documented_one() -> None:
 
 
 def test_what_pandaset_files_lack_is_told_of_each_sensor() -> None:
-    calibration = PANDASET["calibration.yaml"]
+    calibration = SMALL["pandaset"]["calibration.yaml"]
     files = {"calibration.yaml": calibration.replace("main_pandar64", "front_gt")}
     report = read_files(files, "pandaset").report
     assert has(report, "approximated", "image size not in the file: 1920 x 1080 pixels", "(front_camera)")
@@ -236,7 +226,10 @@ P_rect_03: 721.5 0 609.6 -339.5 0 721.5 172.9 2.2 0 0 1 0.003
 
 
 def test_a_raw_drive_with_rectified_projections_alone_is_read() -> None:
-    files = {"calib_cam_to_cam.txt": RECTIFIED, "calib_velo_to_cam.txt": KITTI_RAW["calib_velo_to_cam.txt"]}
+    files = {
+        "calib_cam_to_cam.txt": RECTIFIED,
+        "calib_velo_to_cam.txt": SMALL["kitti-raw"]["calib_velo_to_cam.txt"],
+    }
     read = read_files(files)
     assert [sensor.name for sensor in read.rig.sensors] == ["cam2", "cam3", "velodyne"]
     left, right = read.rig.enabled_cameras()
@@ -250,7 +243,7 @@ def test_a_raw_drive_with_rectified_projections_alone_is_read() -> None:
 def test_a_raw_drive_without_any_camera_says_so() -> None:
     files = {
         "calib_cam_to_cam.txt": "calib_time: 1\n",
-        "calib_velo_to_cam.txt": KITTI_RAW["calib_velo_to_cam.txt"],
+        "calib_velo_to_cam.txt": SMALL["kitti-raw"]["calib_velo_to_cam.txt"],
     }
     assert has(read_files(files).report, "ignored", "no camera in it")
 

@@ -14,7 +14,7 @@ from riglens.core.rig.model import Camera, KannalaBrandt, Lidar, LinearAngles, R
 from riglens.core.rig.presets import preset
 from riglens.core.sensors.radar import Radar, RadarScan
 from riglens.core.sensors.ultrasonic import Ultrasonic
-from tests.core.formats.cases import OSI, assert_same_pose, read_files, sensor_matrix, written
+from tests.core.formats.cases import SMALL, assert_same_pose, read_files, sensor_matrix, written
 from tests.core.formats.test_reports import has
 from tests.core.formats.test_round_trips import again
 
@@ -102,7 +102,7 @@ def test_osi_brings_every_kind_back_as_far_as_it_can_hold_it() -> None:
 
 def test_osi_as_protobufs_printers_write_it() -> None:
     """Names in lowerCamelCase, 64-bit integers as texts, zeros left out; what a message lacks is its holder's."""
-    found = read_files(OSI)
+    found = read_files(SMALL["osi"])
     assert [sensor.name for sensor in found.rig.sensors] == [
         "radar 7", "lidar 8", "camera 9", "camera 2", "ultrasonic 1",
     ]  # fmt: skip
