@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -44,30 +43,18 @@ _FACING_METRES = 0.4
 _MIN_FACING = {"+x": 0.30, "-x": 0.30, "|y|": 0.45, "+z": 0.5, "-z": 0.7}
 
 
-@dataclass(frozen=True)
-class BodyPart:
-    """All surfaces of one material: paint, glass, trim, gap, lamp, tail, plate, tyre, rim or dark."""
-
-    material: str
-    surface: Surface
-
-
-def body_parts(vehicle: Vehicle) -> tuple[BodyPart, ...]:
+@lru_cache(maxsize=4)
+def body_parts(vehicle: Vehicle) -> tuple[tuple[str, Surface], ...]:
     """Return surfaces of the vehicle in its own frame (metres), one per material, with exactly the vehicle's size.
 
-    Door mirrors stick out beyond `width`, as in a registration document. InputError for an unknown body.
+    Materials are paint, glass, trim, gap, lamp, tail, plate, tyre, rim and dark. Door mirrors stick out beyond `width`,
+    as in a registration document. InputError for an unknown body. The car drawn last is kept on disk, because the next
+    start is likely to show it again.
     """
     if vehicle.body not in PARAMETRIC_BODIES:
         known = " or ".join(sorted(PARAMETRIC_BODIES))
         raise InputError(f"vehicle.body must be {known} (got '{vehicle.body}')")
-    return _parts(vehicle)
-
-
-@lru_cache(maxsize=4)
-def _parts(vehicle: Vehicle) -> tuple[BodyPart, ...]:
-    """Return the finished car; the one drawn last is kept, because the next start is likely to show it again."""
-    painted = stored_surfaces("finished", lambda: _finished(vehicle), of=vehicle)
-    return tuple(BodyPart(material, mesh) for material, mesh in painted)
+    return tuple(stored_surfaces("finished", lambda: _finished(vehicle), of=vehicle))
 
 
 def _finished(vehicle: Vehicle) -> Painted:

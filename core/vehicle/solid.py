@@ -173,8 +173,8 @@ def _solid(vehicle: Vehicle) -> Solid:
         placed = vehicle.body_mesh.placed(vehicle.mesh)
         return Solid.of(placed.points[placed.triangles], parts=placed.parts)
     parts = body_parts(vehicle)
-    triangles = [part.surface.points[part.surface.triangles] for part in parts]
-    kinds = [np.full(len(t), MATERIALS.index(p.material)) for t, p in zip(triangles, parts, strict=True)]
+    triangles = [surface.points[surface.triangles] for _, surface in parts]
+    kinds = [np.full(len(t), MATERIALS.index(name)) for t, (name, _) in zip(triangles, parts, strict=True)]
     corners, materials = np.concatenate(triangles), np.concatenate(kinds)
     named = parts_of_profile(vehicle, corners.astype(np.float64), MATERIALS, materials)
     return Solid.of(corners, materials, named)

@@ -77,8 +77,8 @@ def _surfaces(rig: Rig) -> list[tuple[str, Points, NDArray[np.int64]]]:
         placed = rig.vehicle.body_mesh.coarse(MESH_CELLS).placed(rig.vehicle.mesh)
         return [("paint", placed.points.astype(np.float64), placed.triangles.astype(np.int64))]
     return [
-        (part.material, part.surface.points.astype(np.float64), part.surface.triangles.astype(np.int64))
-        for part in body_parts(rig.vehicle)
+        (material, surface.points.astype(np.float64), surface.triangles.astype(np.int64))
+        for material, surface in body_parts(rig.vehicle)
     ]
 
 

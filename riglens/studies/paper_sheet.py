@@ -100,8 +100,8 @@ def _faces(rig: Rig, ahead: Points) -> tuple[list[Points], list[tuple[float, flo
     light = np.array([0.35, 0.25, 0.9])
     light /= np.linalg.norm(light)
     parts = [
-        (part.surface.points.astype(np.float64)[part.surface.triangles], _TONES.get(part.material, _DARK))
-        for part in body_parts(rig.vehicle)
+        (surface.points.astype(np.float64)[surface.triangles], _TONES.get(material, _DARK))
+        for material, surface in body_parts(rig.vehicle)
     ]
     car_m = np.concatenate([triangles.reshape(-1, 3) for triangles, _ in parts])
     for sensor in rig.sensors:

@@ -18,4 +18,4 @@ Parts = Mapping[str, pv.PolyData]
 @lru_cache(maxsize=4)
 def drawn_parts(vehicle: Vehicle) -> Parts:
     """Return the surfaces of `riglens.core.vehicle.body.body_parts`; raise InputError for an unknown body."""
-    return {part.material: drawn(part.surface) for part in body_parts(vehicle)}
+    return {material: drawn(surface) for material, surface in body_parts(vehicle)}

@@ -35,8 +35,8 @@ SEDAN = Vehicle()
 
 def on_material(material: str) -> tuple[float, float, float]:
     """A place just outside of the middle of the largest triangle of a material."""
-    part = next(part for part in body_parts(SEDAN) if part.material == material)
-    corners = part.surface.points[part.surface.triangles].astype(np.float64)
+    surface = dict(body_parts(SEDAN))[material]
+    corners = surface.points[surface.triangles].astype(np.float64)
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     size = np.linalg.norm(normal, axis=1)
     bare = (material != "glass") | (

@@ -21,7 +21,7 @@ VEHICLES = [
 
 
 def points_of(vehicle: Vehicle, *materials: str) -> np.ndarray:
-    return np.concatenate([part.surface.points for part in body_parts(vehicle) if part.material in materials])
+    return np.concatenate([surface.points for name, surface in body_parts(vehicle) if name in materials])
 
 
 @pytest.mark.parametrize("vehicle", VEHICLES)
@@ -49,10 +49,10 @@ def test_the_wheels_stand_on_the_ground_at_the_axles_inside_the_width(vehicle):
 
 @pytest.mark.parametrize("vehicle", BODIES)
 def test_the_body_is_the_same_on_both_sides(vehicle):
-    for part in body_parts(vehicle):
-        y = part.surface.points[:, 1]
+    for material, surface in body_parts(vehicle):
+        y = surface.points[:, 1]
         low, high = y.min(), y.max()
-        assert low == pytest.approx(-high, abs=1e-3), part.material
+        assert low == pytest.approx(-high, abs=1e-3), material
 
 
 @pytest.mark.parametrize("vehicle", BODIES)
@@ -89,11 +89,10 @@ def test_nothing_but_tyres_and_housings_hangs_below_the_sills(vehicle):
 
 @pytest.mark.parametrize("vehicle", BODIES)
 def test_shading_normals_point_outwards(vehicle):
-    for part in body_parts(vehicle):
-        if part.material in ("paint", "glass") or (part.material == "panel" and vehicle.body == "truck"):
-            normals = part.surface.normals
-            outwards = part.surface.points - part.surface.points.mean(axis=0)
-            assert ((normals * outwards).sum(axis=1) > -0.05).mean() > 0.85, part.material
+    for material, surface in body_parts(vehicle):
+        if material in ("paint", "glass") or (material == "panel" and vehicle.body == "truck"):
+            outwards = surface.points - surface.points.mean(axis=0)
+            assert ((surface.normals * outwards).sum(axis=1) > -0.05).mean() > 0.85, material
 
 
 def test_an_unknown_body_is_refused_in_one_line_that_names_the_known_ones():

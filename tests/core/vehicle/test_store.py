@@ -72,16 +72,16 @@ def test_surfaces_of_something_else_are_built_again(folder):
 @pytest.mark.parametrize("name", ["sedan", "suv", "van", "truck"])
 def test_a_car_from_the_cache_is_the_one_that_was_built(folder, name):
     vehicle = Vehicle(body=name, length=4.9)
-    built, found = (_fresh(body_parts, vehicle) for _ in range(2))
-    assert [part.material for part in found] == [part.material for part in built]
-    for one, other in zip(found, built, strict=True):
-        assert_same(one.surface, other.surface)
+    built, found = (_fresh(vehicle) for _ in range(2))
+    assert [material for material, _ in found] == [material for material, _ in built]
+    for (_, one), (_, other) in zip(found, built, strict=True):
+        assert_same(one, other)
 
 
-def _fresh(parts, vehicle):
+def _fresh(vehicle):
     """As in a process that has drawn no car yet."""
-    body._parts.cache_clear()
-    return parts(vehicle)
+    body_parts.cache_clear()
+    return body_parts(vehicle)
 
 
 def test_a_change_of_the_surfaces_does_not_reach_the_cache(folder):
