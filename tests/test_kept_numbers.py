@@ -30,6 +30,9 @@ ITEMS = {
     "report": Item(
         "report", "report", (f"report ../in/small.yaml {BOX} --voxel 0.5 --draws 2 --out r.html",)
     ),
+    "sweep": Item(
+        "sweep", "sweep", (f"sweep ../in/small.yaml --vary L.z=1.8:2:3 {BOX} --voxel 0.5 --out s.parquet",)
+    ),
     "simulate": Item(
         "simulate", "simulate", (f"simulate ../in/small.yaml {BOX} --out s --workers 1 --every 40",)
     ),
