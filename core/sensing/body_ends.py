@@ -26,7 +26,8 @@ from riglens.core.sensors.registry import kind_of
 from riglens.core.vehicle.solid import Barrier, Housing, Solid
 
 SHADOWS = KeptAnswers(64 << 20)
-"""Shadows on bent lenses: voxels and objects are cut by the same one, that of a camera of 2.3 megapixels 6 MB."""
+"""Shadows on rays without straight rows: voxels, objects and all parts of a review are cut by the same one, that of a
+bent lens of 2.3 megapixels takes 6 MB."""
 NO_EMPTY_BOX = np.array([1.0, 1.0, 1.0, -1.0, -1.0, -1.0])
 """No place in which it makes no difference where a ray ends."""
 
@@ -196,9 +197,11 @@ def barrier_shadow(
     screen = screen_of(sensor)
     if screen is not None:
         return _by_triangle(rays, screen, barrier, empty_box, workers)
-    if is_image(sensor):
-        return _of_lens(sensor, rays, barrier, empty_box, workers)
-    return _by_tree(rays, barrier, empty_box, workers)
+    stops = barrier.stops.tobytes()
+    cut, cut_m = _ends(
+        _AtBody(rays_of(sensor), id(barrier.tree.corners), stops, barrier.start_m, barrier, workers)
+    )
+    return _ended(rays, cut.astype(np.int64), cut_m, empty_box)
 
 
 def _no_shadow(rays: int) -> Shadow:
@@ -240,9 +243,9 @@ def _unpacked(words: NDArray[np.uint64], columns: int) -> NDArray[np.bool_]:
 
 
 @dataclass(frozen=True)
-class _LensAtBody:
-    """Key of what stops the rays of a bent lens: the sensor, and the tree, by its identity while it is kept, with the
-    triangles in it that stop them."""
+class _AtBody:
+    """Key of what stops the rays of a sensor without straight rows: the sensor, and the tree, by its identity while it
+    is kept, with the triangles in it that stop them."""
 
     sensor: Sensor
     tree: int
@@ -253,37 +256,21 @@ class _LensAtBody:
 
 
 @SHADOWS.of
-def _lens_ends(at: _LensAtBody) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
-    """Return which rays a body stops, in rising order, and at which distances in metres."""
-    from riglens.core.kernels.body import lens_shadow as kernel  # the compiler
+def _ends(at: _AtBody) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
+    """Return which rays a body stops, in rising order, and at which distances in metres: each triangle is offered to
+    the rays of a picture that can meet it, other rays search the tree one by one."""
+    from riglens.core.kernels.body import lens_shadow, solid  # the compiler
 
     rays = rays_in_metres(at.sensor)
-    ends = np.full(len(rays.rows), np.inf)
-    find_ends = kernel.find_lens_ends_serial if at.workers == 1 else kernel.find_lens_ends
-    find_ends(rays, tiled(at.sensor), *at.barrier, at.workers, ends)
+    ends = np.full(len(rays.rows) * len(rays.planes), np.inf)
+    if is_image(at.sensor):
+        of_image = lens_shadow.find_lens_ends_serial if at.workers == 1 else lens_shadow.find_lens_ends
+        of_image(rays, tiled(at.sensor), *at.barrier, at.workers, ends)
+    else:
+        by_tree = solid.ends_by_tree_serial if at.workers == 1 else solid.ends_by_tree
+        by_tree(rays, *at.barrier, at.workers, ends)
     cut = np.flatnonzero(np.isfinite(ends))
     return cut.astype(np.int32), ends[cut]
-
-
-def _of_lens(
-    camera: Sensor, rays: Cast, barrier: Barrier, empty_box: NDArray[np.float64], workers: int
-) -> Shadow:
-    """Offer each triangle to the rays of a lens that can meet it, or return what was found before."""
-    stops = barrier.stops.tobytes()
-    at = _LensAtBody(rays_of(camera), id(barrier.tree.corners), stops, barrier.start_m, barrier, workers)
-    cut, cut_m = _lens_ends(at)
-    return _ended(rays, cut.astype(np.int64), cut_m, empty_box)
-
-
-def _by_tree(rays: Cast, barrier: Barrier, empty_box: NDArray[np.float64], workers: int) -> Shadow:
-    """Compute the shadow ray by ray through the tree, for rays that form no picture."""
-    from riglens.core.kernels.body import solid as kernel  # the compiler
-
-    ends = np.full(len(rays.rows) * len(rays.planes), np.inf)
-    find_ends = kernel.ends_by_tree_serial if workers == 1 else kernel.ends_by_tree
-    find_ends(rays, *barrier, workers, ends)
-    cut = np.flatnonzero(np.isfinite(ends))
-    return _ended(rays, cut, ends[cut], empty_box)
 
 
 def _ended(
