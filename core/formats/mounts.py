@@ -214,53 +214,8 @@ class Mounting:
         return found
 
 
-_OTHER_NAMES = {
-    "velodyne-vlp-16": "puck velodyne16",
-    "velodyne-vlp-16-hires": "puckhires vlp16hires",
-    "velodyne-vlp-32c": "ultrapuck vlp32",
-    "velodyne-hdl-32e": "hdl32",
-    "velodyne-hdl-64e": "hdl64 velodyne64",
-    "velodyne-vls-128": "alphaprime alphapuck vlp128 velodyne128",
-    "hesai-pandar128e4x": "pandar128",
-    "hesai-qt64": "pandarqt pandarqt64",
-    "hesai-xt32": "pandarxt pandarxt32",
-    "hesai-xt16": "pandarxt16",
-    "hesai-xt32m": "pandarxtm xtm xt32m2x",
-    "hesai-at128": "at128p at128e2x",
-    "hesai-pandar40p": "pandar40",
-    "hesai-atx": "atx",
-    "hesai-pandargt": "pandargt",
-    "ouster-osdome-128": "osdome",
-    "robosense-m1": "m1 lidarm1 rsm1",
-    "robosense-m2": "m2 lidarm2 rsm2",
-    "robosense-m3": "m3 lidarm3 rsm3",
-    "robosense-mx": "mx lidarmx rsmx",
-    "robosense-e1": "e1 lidare1 rse1",
-    "robosense-e1r": "e1r rse1r",
-    "robosense-emx": "emx emx192 rsemx",
-    "robosense-airy": "airy",
-    "robosense-bpearl": "bpearl bp",
-    "robosense-rs-lidar-16": "rs16",
-    "robosense-rs-lidar-32": "rs32",
-    "robosense-ruby-plus": "rubyplus rsp128 p128 ruby",
-    "robosense-helios-5515": "helios",
-    "livox-horizon": "horizon",
-    "livox-avia": "avia",
-    "livox-hap": "hap",
-    "continental-ars408-21": "ars408 ars40821",
-    "continental-ars540": "ars540",
-    "continental-ars548": "ars548 ars548rdi",
-    "continental-ars430": "ars430 ars430di",
-    "arbe-phoenix": "phoenix arbephoenix arbe",
-    "aptiv-esr-2.5": "esr aptivesr delphiesr",
-    "smartmicro-type-132": "umrr132 type132 umrrtype132",
-}
-"""Other usual names of models, letters and digits alone and without the maker, in frames, macros and configurations."""
 _MOST_WORDS = 6
 _MAKERS = "velodyne|hesai|robosense|rslidar|rs|livox|ouster|continental|conti|smartmicro|aptiv"
-_OTHER = {
-    name: re.compile(f"(?:{_MAKERS})*(?:{'|'.join(said.split())})") for name, said in _OTHER_NAMES.items()
-}
 
 
 def find_model(words: str, kind: str = "lidar") -> Entry | None:
@@ -276,12 +231,16 @@ def find_model(words: str, kind: str = "lidar") -> Entry | None:
     if found:
         return max(found, key=lambda entry: len(_product(entry)))
     said = {
-        max((len(run) for run in runs if _OTHER[entry.name].fullmatch(run)), default=0): entry
+        max((len(run) for run in runs if _is_other_name(entry, run)), default=0): entry
         for entry in reversed(entries)
-        if entry.name in _OTHER
     }
     length = max(said, default=0)  # as in "puck hires", which begins with another model
     return said[length] if length else None
+
+
+def _is_other_name(entry: Entry, run: str) -> bool:
+    names = "|".join(entry.other_names)
+    return bool(names and re.fullmatch(f"(?:{_MAKERS})*(?:{names})", run))
 
 
 def _runs_of_words(text: str) -> list[str]:

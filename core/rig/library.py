@@ -71,6 +71,7 @@ class Entry(Frozen):
     `range_at`: reflectivity of a diffuse target to the metres at which the maker still states a return, with the
     probability `range_probability` (one half unless stated);
     `unverified`: figures of this entry that no source at hand bears out; `assumed`: those that are our choice.
+    `other_names`: usual ones in rigs of other programs, letters and digits alone and without the maker.
     """
 
     name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9.+-]*$", max_length=60)]
@@ -78,6 +79,7 @@ class Entry(Frozen):
     title: Text
     source: LongText
     maker: Text = OTHER_MAKER
+    other_names: tuple[Annotated[str, Field(pattern=r"^[a-z0-9]{2,40}$")], ...] = ()
     note: LongText | None = None
     body_m: Cylinder | Cuboid | None = None
     azimuth_step_deg: dict[Rate, Positive] | None = None
@@ -149,7 +151,7 @@ def _figure_names(figures: Iterable[str], marked: Collection[str]) -> tuple[str,
 
 
 _ABOUT = tuple(name for name in Entry.model_fields if name not in ("name", "fields"))
-_WORDS = ("kind", "title", "source", "maker", "note", "unverified", "assumed")
+_WORDS = ("kind", "title", "source", "maker", "other_names", "note", "unverified", "assumed")
 _ANGLES = ("elevations_deg", "azimuths_deg", "azimuth_offsets_deg")
 _OWN = ("name", "model", "position", "rpy_deg", "enabled", "mirror_of", "fails_with", "blocked")
 """Fields of a sensor on a car that a model never has."""
@@ -300,7 +302,7 @@ class Library:
         return {"riglens": FORMAT_VERSION, "models": [self._plain(entry) for entry in entries]}
 
     def _plain(self, entry: Entry) -> dict[str, Any]:
-        about = entry.model_dump(exclude={"fields"}, exclude_none=True)
+        about = entry.model_dump(exclude={"fields", "other_names"}, exclude_none=True)
         sensor = entry.example
         figures: dict[str, Any] = to_plain({key: getattr(sensor, key) for key in entry.fields})
         return about | figures | {"file": self.origins[entry.name]}

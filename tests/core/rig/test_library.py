@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from riglens.core.errors import InputError
+from riglens.core.formats.mounts import find_model
 from riglens.core.geometry import Pose
 from riglens.core.rig.library import (
     Entry,
@@ -106,6 +107,7 @@ SOURCE = "title: Some sensor, source: measured by hand in the yard"
             f"x: {{kind: camera, {SOURCE}, image: [640, 480], hfov_deg: 60, range_at: {{0.1: 9}}}}",
             "x: range_at",
         ),
+        (f"x: {{kind: lidar, {SOURCE}, elevations_deg: [1], other_names: [Pu-ck]}}", "x: other_names"),
         (f"X y: {{kind: lidar, {SOURCE}, elevations_deg: [1]}}", "X y: name"),
         (f"x: {{kind: lidar, {SOURCE}, elevations_deg: [1], r\ufeffange_m: [1, 2]}}", "x: 'r\\ufeffange_m'"),
         ("x: 3", "x: must be a mapping of the fields of a sensor model"),
@@ -344,6 +346,15 @@ def test_the_configuration_folder_is_looked_into(tmp_path: Path, monkeypatch: py
     assert user_library_files() == ()
     (tmp_path / "library.yaml").write_text(OWN, encoding="utf-8")
     assert sensor_from_model("my-lidar", "a", Pose()).kind == "lidar"
+
+
+def test_other_programs_call_a_model_of_our_own_by_its_other_names(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("RIGLENS_CONFIG_DIR", str(tmp_path))
+    (tmp_path / "library.yaml").write_text(f"{OWN}  other_names: [benchpuck]\n", encoding="utf-8")
+    found = find_model("velodyne_bench_puck_link")
+    assert find_model("bench_rabbit") is None and found is not None and found.name == "my-lidar"
 
 
 @pytest.mark.parametrize(
