@@ -78,14 +78,12 @@ class PogSum:
         return Pog(self.grid, report, index, packed)
 
 
-def build_pog(
-    source: BoxSource, grid: VoxelGrid, progress: Progress | None = None, threads: int | None = None
-) -> Pog:
+def build_pog(source: BoxSource, grid: VoxelGrid, progress: Progress | None = None) -> Pog:
     """Stream a data set into a POG; memory depends on the grid alone, not on the number of frames.
 
     Raises InputError on bad input or when the grid does not fit in memory.
     """
-    pog = build_part(source, grid, progress, threads)
+    pog = build_part(source, grid, progress)
     if pog.data.frames < 1:
         raise InputError(f"{pog.data.source}: holds no frames; at least one is needed")
     return pog

@@ -62,9 +62,7 @@ STATISTICS: dict[Statistic, Callable[[Doubles, Doubles], Doubles]] = {
 }
 
 
-def rank_correlation(
-    kind: Statistic, x: Doubles, y: Doubles, replicas: Doubles, seed: int = 0
-) -> RankCorrelation | None:
+def rank_correlation(kind: Statistic, x: Doubles, y: Doubles, replicas: Doubles) -> RankCorrelation | None:
     """Correlate the orders of n rigs by x (n,) and y (n,); replicas (r, n) of y as it may have come out as well.
 
     The interval draws rigs with replacement, with a replica of y each time. None below FEWEST_RIGS or where one of the
@@ -73,26 +71,26 @@ def rank_correlation(
     value = float(STATISTICS[kind](x, y)) if len(x) >= FEWEST_RIGS else float("nan")
     if not np.isfinite(value):
         return None
-    low, high = np.nanquantile(drawn(kind, x, y, replicas, seed), SPREAD)
-    p, exact = permutation_p(kind, x, y, seed)
+    low, high = np.nanquantile(drawn(kind, x, y, replicas), SPREAD)
+    p, exact = permutation_p(kind, x, y)
     return RankCorrelation(value, float(low), float(high), p, exact)
 
 
-def drawn(kind: Statistic, x: Doubles, y: Doubles, replicas: Doubles, seed: int = 0) -> Doubles:
+def drawn(kind: Statistic, x: Doubles, y: Doubles, replicas: Doubles) -> Doubles:
     """Return the correlation on rigs drawn with replacement, (r,), the same draws for every x: differences are
     paired."""
-    places = np.random.default_rng(seed).integers(0, len(y), replicas.shape)
+    places = np.random.default_rng(0).integers(0, len(y), replicas.shape)
     return STATISTICS[kind](x[places], np.take_along_axis(replicas, places, axis=1))
 
 
-def permutation_p(kind: Statistic, x: Doubles, y: Doubles, seed: int = 0) -> tuple[float, bool]:
+def permutation_p(kind: Statistic, x: Doubles, y: Doubles) -> tuple[float, bool]:
     """Return the chance that a random order agrees with x as far as y does, in one direction or the other; and whether
     it is exact."""
     n, exact = len(x), len(x) <= EXACT_TO
     if exact:
         orders = np.array(list(permutations(range(n))))
     else:
-        orders = np.random.default_rng(seed).permuted(np.tile(np.arange(n), (DRAWN_PERMUTATIONS, 1)), axis=1)
+        orders = np.random.default_rng(0).permuted(np.tile(np.arange(n), (DRAWN_PERMUTATIONS, 1)), axis=1)
     found = abs(float(STATISTICS[kind](x, y))) - 1e-12
     at_once = 2000
     far = sum(

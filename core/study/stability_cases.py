@@ -56,12 +56,11 @@ def camera(position: Vec3, rpy_deg: Vec3 = (0.0, 0.0, 0.0), cast: tuple[int, int
     return Camera(name="camera", position=position, rpy_deg=rpy_deg, hfov_deg=70.0, cast=cast)
 
 
-def whole_slopes(position: Vec3, yaw_deg: float = 0.0, side: int = 2) -> Camera:
+def whole_slopes(position: Vec3, side: int = 2) -> Camera:
     """Return a camera with side x side rays whose slopes are odd numbers: +-1 for side 2, +-1 and +-3 for side 4."""
     return Camera(
         name="camera",
         position=position,
-        rpy_deg=(0.0, 0.0, yaw_deg),
         fx=800.0 / side,
         fy=450.0 / side,
         cx=800.0,

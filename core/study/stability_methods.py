@@ -103,10 +103,10 @@ def field_of(grid: VoxelGrid, counts: NDArray[np.int64], frames: int = FRAMES) -
     return EntropyField.from_pog(Pog(grid, data, index, by_class[i, j, k].astype(np.uint32)))
 
 
-def random_counts(grid: VoxelGrid, rng: np.random.Generator, share: float = 0.3) -> NDArray[np.int64]:
-    """Return random counts out of FRAMES, (nx, ny, nz, 3), not 0 in a share of the voxels per class."""
+def random_counts(grid: VoxelGrid, rng: np.random.Generator) -> NDArray[np.int64]:
+    """Return random counts out of FRAMES, (nx, ny, nz, 3), not 0 in 30 % of the voxels per class."""
     shape = (*grid.shape, len(CLASSES))
-    drawn: NDArray[np.int64] = rng.integers(1, FRAMES, shape) * (rng.random(shape) < share)
+    drawn: NDArray[np.int64] = rng.integers(1, FRAMES, shape) * (rng.random(shape) < 0.3)
     return drawn
 
 

@@ -83,15 +83,13 @@ class VoxelChoice:
         return self.edges[0].voxel_m
 
 
-def ladder_grids(
-    roi_m: Vec3, ladder_m: Sequence[float] = LADDER_M
-) -> tuple[tuple[VoxelGrid, ...], tuple[tuple[float, str], ...]]:
+def ladder_grids(roi_m: Vec3) -> tuple[tuple[VoxelGrid, ...], tuple[tuple[float, str], ...]]:
     """Return grids to try, the finest first, and (edge, reason) of those that do not divide the ROI or do not fit.
 
     InputError when none is left.
     """
     grids, left_out = [], []
-    for voxel_m in sorted(ladder_m):
+    for voxel_m in sorted(LADDER_M):
         try:
             grid = VoxelGrid(voxel_m, roi_m)
             grid.require_memory(BYTES_PER_VOXEL, "scoring")
@@ -100,7 +98,7 @@ def ladder_grids(
         else:
             grids.append(grid)
     if not grids:
-        edges = ", ".join(f"{edge:g}" for edge in ladder_m)
+        edges = ", ".join(f"{edge:g}" for edge in LADDER_M)
         first = left_out[-1][1]
         raise InputError(f"voxel auto: none of the edges {edges} m can be used ({first}); give one in metres")
     return tuple(grids), tuple(left_out)

@@ -92,14 +92,13 @@ def write_set(
     return tuple(written)
 
 
-def car_with_sensors(
-    rig: Rig, size_px: tuple[int, int] = (1040, 640)
-) -> tuple[bytes, tuple[int, int], tuple[tuple[float, float], ...]]:
+def car_with_sensors(rig: Rig) -> tuple[bytes, tuple[int, int], tuple[tuple[float, float], ...]]:
     """Return a close picture of a rig's car as a PNG without a ground, its size, and where each sensor is in it, in
     pixels right and down. Call `prepare_drawing` before."""
     from riglens.rendering.render import rig_state
     from riglens.widgets.viewport.still import png_of, render_still
 
+    size_px = 1040, 640
     state = _close_up(_plain(rig_state(rig, "light")), "iso", _FROM_AHEAD_DEG, size_px)
     masts = tuple(replace(mast, short="", full="") for mast in state.masts)
     places = np.array([one.position for one in rig.sensors]).reshape(-1, 3)
