@@ -52,7 +52,7 @@ LIMIT_MB, GROWTH = 1500, 1.05
 """What the window may hold in the end, and how much more in the last quarter than in the one before, in the mean."""
 LONGEST_S = 30.0
 """The most that figures are waited for before memory is written down."""
-LEFT = Qt.MouseButton.LeftButton
+LEFT, ENABLED = Qt.MouseButton.LeftButton, Qt.ItemFlag.ItemIsEnabled
 SHUNNED = {"quit", "report", "open", "save_as"}
 """Actions that end the window, or occupy the computer for half a minute; files are opened and saved by others."""
 KEYS = ("W", "E", "L", "O", "S", "R", "H", "C", "P", "F", "V", "M", "G", "T", "Q", "A", "1", "3", "7", "Ctrl+Z",
@@ -171,8 +171,8 @@ class Restless:
     def _choose_item(self, combo: QComboBox) -> None:
         if combo.objectName() == "voxel_m":
             combo.setCurrentText(self._chance.choice(EDGES_M))
-        elif combo.count():
-            index = self._chance.randrange(combo.count())
+        elif able := [i for i in range(combo.count()) if combo.model().index(i, 0).flags() & ENABLED]:
+            index = self._chance.choice(able)  # no separator, which no user can choose
             combo.setCurrentIndex(index)
             combo.activated.emit(index)
 
