@@ -21,6 +21,7 @@ _LEAST_VIEW_PX = (308, 150)
 _LEAST_UNIT, _LEGIBLE_UNIT = 0.4, 0.8
 _LEAST_FONT_PX = 6
 _PLATE_OPACITY = 0.82
+_UNPLACED_PX = 10_000
 _VTK_FONT_FILE = 4
 DPI = 72
 """At this resolution VTK's font sizes are pixels."""
@@ -42,6 +43,7 @@ def unit_px(size: Size, pixel_ratio: float, crowded: bool = False) -> float:
 def text_actor(bold: bool = False, justification: int = 0) -> vtkTextActor:
     """Return a line of text in a font with Greek letters, signs and exponents; 0 is left, 1 centred, 2 right."""
     actor = vtkTextActor()
+    actor.SetPosition(-_UNPLACED_PX, -_UNPLACED_PX)  # a frame may be drawn between its making and its placing
     font = actor.GetTextProperty()
     font.SetFontFamily(_VTK_FONT_FILE)
     font.SetFontFile(BOLD_FONT_FILE if bold else FONT_FILE)
