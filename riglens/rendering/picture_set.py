@@ -20,7 +20,7 @@ from riglens.core.files import write_file
 from riglens.core.footprint.document import footprints_of
 from riglens.core.footprint.ground import Footprint
 from riglens.core.monitor import SILENT, Monitor
-from riglens.core.rig.model import Rig, Vehicle
+from riglens.core.rig.model import Camera, Rig, Vehicle
 from riglens.core.shown_text import visible
 from riglens.evaluation.ground_map import ground_map
 
@@ -47,19 +47,27 @@ _SCALE = 12.0
 
 
 class Shot(NamedTuple):
-    """A picture of the set: its name, caption, and what is drawn, through the state's camera; the pixels of a sensor
-    whose picture it is, with the ground that it sees, else the ground is clear."""
+    """A picture of the set: its name, caption, and what is drawn, through the state's camera; or through the lens of a
+    sensor, with the ground that it sees, else the ground is clear."""
 
     name: str
     caption: str
     state: SceneState
-    image_px: tuple[int, int] | None = None
+    sensor: Camera | None = None
 
-    def size(self, size_px: tuple[int, int]) -> tuple[int, int]:
-        """Return width and height of the picture: as wide as asked for, in the sensor's proportions."""
-        if self.image_px is None:
-            return size_px
-        return size_px[0], max(1, round(size_px[0] * self.image_px[1] / self.image_px[0]))
+    def drawn(self, size_px: tuple[int, int], scale: int) -> NDArray[np.uint8]:
+        """Draw the picture: as wide as requested, that of a sensor in its proportions."""
+        from riglens.widgets.drawing.lens import bend_of
+        from riglens.widgets.viewport.still import render_still
+
+        if self.sensor is None:
+            return render_still(self.state, size_px, scale, transparent=True)
+        width, height = self.sensor.image
+        size = (size_px[0] * scale, max(1, round(size_px[0] * height / width)) * scale)
+        bend = bend_of(self.sensor, size, scale)
+        assert bend is not None  # a lens too wide has no shot
+        flat = (bend.size[0] // scale, bend.size[1] // scale)
+        return bend.of(render_still(replace(self.state, camera=bend.view), flat, scale))
 
 
 def write_set(
@@ -71,13 +79,13 @@ def write_set(
     SVG files of the scene hold the PNG; footprints are drawn as lines. Captions stand in a file of their own.
     InputError where a file cannot be written.
     """
-    from riglens.widgets.viewport.still import png_of, render_still
+    from riglens.widgets.viewport.still import png_of
 
     folder.mkdir(parents=True, exist_ok=True)
     shots, written, captions = list(_shots(state, monitor)), [], []
     with monitor.stage("Drawing") as progress:
         for number, shot in enumerate(shots):
-            image = render_still(shot.state, shot.size(size_px), scale, transparent=shot.image_px is None)
+            image = shot.drawn(size_px, scale)
             png = png_of(image)
             svg = _embedded(png, (image.shape[1], image.shape[0]), shot)
             if shot.name == "footprints":
@@ -158,16 +166,15 @@ def _shots(state: SceneState, monitor: Monitor) -> Iterator[Shot]:
     from riglens.widgets.drawing.camera import through
 
     for camera in state.rig.enabled_cameras():
-        lens = through(camera)
-        if lens is not None:
+        if through(camera) is not None:
             seen = replace(
                 state, caption=NO_CAPTION, show_legend=False, show_gizmo=False, show_selection=False,
-                hidden=state.hidden | {camera.name}, camera=lens,
+                hidden=state.hidden | {camera.name},
                 ray_look=replace(state.ray_look, shown=False),
             )  # fmt: skip
             width, height = camera.image
-            caption = f"What {visible(camera.name)} sees: {width} x {height} px, without distortion or roll."
-            yield Shot(f"camera-{_file_name(camera.name)}", caption, seen, camera.image)
+            caption = f"What {visible(camera.name)} sees: {width} × {height} px."
+            yield Shot(f"camera-{_file_name(camera.name)}", caption, seen, camera)
 
 
 def _close_up(

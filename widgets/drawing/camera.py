@@ -221,7 +221,7 @@ the camera's own housing."""
 
 
 def through(camera: Camera) -> OrbitCamera | None:
-    """Return the view of a camera, without distortion, roll and shift of its centre; None of one too wide for a flat
+    """Return the view along a camera, without distortion, roll and shift of its centre; None of one too wide for a flat
     picture."""
     wide, high = field_of_view_deg(camera)
     if not (wide <= _WIDEST_DEG and high <= _WIDEST_DEG):

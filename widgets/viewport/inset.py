@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pyvista as pv
+from numpy.typing import NDArray
 from PySide6.QtCore import QRect, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetrics, QImage, QPainter, QPaintEvent
 from PySide6.QtWidgets import QWidget
@@ -17,6 +19,7 @@ from riglens.core.shown_text import visible
 from riglens.widgets.drawing.actors import numpy_of
 from riglens.widgets.drawing.camera import through
 from riglens.widgets.drawing.label import Box
+from riglens.widgets.drawing.lens import bend_of
 from riglens.widgets.drawing.stage import render_window
 from riglens.widgets.timers import Timers, single_shot
 from riglens.widgets.viewport.drawn_scene import DrawnScene
@@ -90,25 +93,29 @@ class CameraInset(QWidget):
     def _draw(self) -> None:
         """Draw the picture at the size at which it is shown."""
         seen = self._seen
-        if seen is None:
+        camera = None if seen is None else seen.selected_sensor
+        if seen is None or not isinstance(camera, Camera):
             return
         ratio = self.devicePixelRatioF()
         size = (
             max(1, round((self.width() - 2 * _RIM_PX) * ratio)),
             max(1, round((self.height() - 2 * _RIM_PX - _LINE_PX) * ratio)),
         )
+        bend = bend_of(camera, size)
+        if bend is None:
+            return
         if self._plotter is None or self._scene is None:
-            self._plotter = pv.Plotter(off_screen=True, window_size=list(size), lighting="none")
+            self._plotter = pv.Plotter(off_screen=True, window_size=list(bend.size), lighting="none")
             render_window(self._plotter).SetMultiSamples(0)
             self._scene = DrawnScene(self._plotter, seen.palette, ratio)
         window = render_window(self._plotter)
-        window.SetSize(*size)
+        window.SetSize(*bend.size)
         self._scene.set_pixel_ratio(ratio)
-        self._scene.show(seen)
+        self._scene.show(replace(seen, camera=bend.view))
         self._scene.set_smooth(True)
         self._scene.prepare()
         window.Render()
-        self._image = image_of(window)
+        self._image = image_of(bend.of(pixels_of(window)))
         self.update()
 
     def release(self) -> None:
@@ -171,10 +178,16 @@ def _seen(state: SceneState) -> SceneState | None:
     )  # fmt: skip
 
 
-def image_of(window: vtkRenderWindow) -> QImage:
-    """Return the picture in a window that was drawn."""
+def pixels_of(window: vtkRenderWindow) -> NDArray[np.uint8]:
+    """Return the pixels (h, w, 4) of a window that was drawn, from the top row."""
     width, height = window.GetSize()
     pixels = vtkUnsignedCharArray()
     window.GetRGBACharPixelData(0, 0, width - 1, height - 1, 0, pixels, 0)
-    lying = QImage(numpy_of(pixels).data, width, height, 4 * width, QImage.Format.Format_RGBX8888)
-    return lying.flipped(Qt.Orientation.Vertical)
+    return np.asarray(numpy_of(pixels).reshape(height, width, 4)[::-1])
+
+
+def image_of(pixels: NDArray[np.uint8]) -> QImage:
+    """Return pixels (h, w, 4) as an opaque picture."""
+    height, width = pixels.shape[:2]
+    rows = np.ascontiguousarray(pixels)
+    return QImage(rows.data, width, height, 4 * width, QImage.Format.Format_RGBX8888).copy()

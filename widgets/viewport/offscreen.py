@@ -18,7 +18,7 @@ from riglens.widgets.drawing.stage import render_window
 from riglens.widgets.theme import DARK, Palette
 from riglens.widgets.timers import Timers, single_shot
 from riglens.widgets.viewport.drawn_scene import DrawnScene
-from riglens.widgets.viewport.inset import image_of
+from riglens.widgets.viewport.inset import image_of, pixels_of
 from riglens.widgets.viewport.redraw import Parts
 from riglens.widgets.viewport.viewport_base import ViewportBase
 
@@ -141,7 +141,7 @@ class OffscreenViewport(ViewportBase):
         self._show_pixels()
 
     def _show_pixels(self) -> None:
-        self._picture.show_image(image_of(self._window))
+        self._picture.show_image(image_of(pixels_of(self._window)))
 
     @property
     def is_at_rest(self) -> bool:

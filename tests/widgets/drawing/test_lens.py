@@ -1,0 +1,59 @@
+"""Pictures through a lens: a place is where the camera's own projection has it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt
+from riglens.core.sensors.camera import project_px
+from riglens.widgets.drawing.lens import bend_of
+
+POSE = {"position": (0.4, -0.2, 1.5), "rpy_deg": (7.0, 4.0, 30.0)}
+SIZE = (80, 60)
+CAMERAS = [
+    Camera(name="plain", image=(320, 240), hfov_deg=65.0, **POSE),
+    Camera(name="shifted", image=(320, 240), fx=260.0, fy=250.0, cx=140.0, cy=150.0, **POSE),
+    Camera(
+        name="bent", image=(320, 240), fx=260.0, fy=260.0, cx=160.0, cy=120.0, **POSE,
+        distortion=BrownConrady(k1=-0.2, k2=0.05, p1=0.002),
+    ),
+    Camera(
+        name="fisheye", image=(320, 240), fx=200.0, fy=200.0, cx=160.0, cy=120.0, **POSE,
+        distortion=KannalaBrandt(),
+    ),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("camera", CAMERAS, ids=lambda one: one.name)
+def test_a_pixel_shows_the_place_that_the_camera_projects_there(camera: Camera) -> None:
+    bend = bend_of(camera, SIZE, 2)
+    assert bend is not None and bend.size[0] % 2 == bend.size[1] % 2 == 0
+    away = np.random.default_rng(3).uniform((5.0, -8.0, -5.0), (30.0, 8.0, 5.0), (400, 3))
+    pixels = project_px(camera, away) * np.array(SIZE) / np.array(camera.image) - 0.5
+    inside = ((pixels > 0.0) & (pixels < np.array(SIZE) - 1.0)).all(axis=1)
+    assert inside.sum() > 50
+    world = away[inside] @ camera.pose.rotation().T + np.array(camera.position)
+    flat = bend.view.project(world, bend.size)[:, :2]
+    near = np.round(pixels[inside]).astype(int)
+    step = max(np.nanmax(np.abs(np.diff(bend.places, axis=axis))) for axis in (0, 1))
+    assert (np.abs(bend.places[near[:, 1], near[:, 0]] - flat) <= 1.1 * step).all()
+    assert (flat >= 0.0).all() and (flat <= np.array(bend.size)).all()
+
+
+def test_a_bent_picture_takes_the_colours_of_its_places_and_black_beyond_the_lens() -> None:
+    bend = bend_of(CAMERAS[0], SIZE)
+    assert bend is not None
+    width, height = bend.size
+    ramp = np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=-1).astype(np.uint8)
+    flat = np.concatenate([ramp, np.full((height, width, 2), 255, np.uint8)], axis=-1)
+    places = bend.places.copy()
+    places[0, 0] = np.nan
+    image = bend._replace(places=places).of(flat)
+    assert image.shape == (*SIZE[::-1], 4)
+    assert image[0, 0].tolist() == [0, 0, 0, 255]
+    assert np.abs(image[30, 40, :2] - (places[30, 40] - 0.5)).max() <= 1.0
+
+
+def test_a_lens_too_wide_has_no_flat_picture() -> None:
+    assert bend_of(CAMERAS[0].replace(hfov_deg=150.0), SIZE) is None
