@@ -166,6 +166,7 @@ class Counting:
             context.publish(answer)
             frames = min(GROWTH * frames, data.traffic.frames)
             answer = _counted(data, request, frames, context.is_stale)
+        data.others.forget()  # they were compared with an earlier rig
         return answer
 
     def _adapt(self, elapsed_ms: float, frames: int) -> None:
@@ -196,7 +197,9 @@ def _counted(data: _Data, request: CountRequest, frames: int, cancel: Callable[[
     with_losses = request.with_losses and frames == data.traffic.frames
     counted = data.engine.evaluate(request.rig, settings, frames, cancel=cancel, with_losses=with_losses)
     baseline = counted
-    if request.baseline_rig != request.rig:
+    if request.baseline_rig == request.rig:
+        data.baseline.forget()
+    else:
         settings = with_known_body(request.settings, request.baseline_rig)
         baseline = data.baseline.evaluate(request.baseline_rig, settings, frames, cancel=cancel)
     return CountAnswer.of(request, counted, baseline)

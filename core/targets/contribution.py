@@ -15,7 +15,7 @@ from riglens.core.errors import IsStale
 from riglens.core.kernels.objects import counts as kernel
 from riglens.core.kernels.objects.box_frames import Beams, FrameBoxes
 from riglens.core.kernels.objects.unique_cells import table_mask
-from riglens.core.rig.model import Camera, Sensor
+from riglens.core.rig.model import Camera, Lidar, Sensor
 from riglens.core.sensors.registry import kind_of
 from riglens.core.targets.beams import (
     NOT_STOPPED,
@@ -55,8 +55,9 @@ class _Scratch(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class Contribution:
     """Hits on the m objects that count in the first `frames` frames: found int32 (COLUMNS, m) as in
-    `kernels.objects.counts`; cells of object o, for LiDARs: found[CELLS, o] of them, from cells[cell_starts[o]]
-    on; inside (m,), for cameras: share of the silhouette of an object that is hit inside the picture, for others (0,).
+    `kernels.objects.counts`, of other sensors than LiDARs its rows before CELLS; cells of object o, for LiDARs:
+    found[CELLS, o] of them, from cells[cell_starts[o]] on; inside (m,), for cameras: share of the silhouette of an
+    object that is hit inside the picture, for others (0,).
     """
 
     frames: int
@@ -157,6 +158,8 @@ class TargetCaster:
             parts.append(part)
         found = reduce(_together, parts)
         self._count_cells_once(sensor, objects, found.found[kernel.RAYS])
+        if not isinstance(sensor, Lidar):
+            found = dataclasses.replace(found, found=found.found[: kernel.CELLS].copy())
         if not isinstance(sensor, Camera):
             return found
         inside, met = np.zeros(found.found.shape[1]), np.flatnonzero(found.found[kernel.RAYS])

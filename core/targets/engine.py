@@ -60,9 +60,13 @@ class TargetEngine:
         other = copy.copy(self)
         if threads == 1:
             other._workers, other._caster = 1, self._caster.with_workers(1)
-        other._held, other._shown, other._groups = {}, set(), None
-        other._gatherer = Gatherer(other._workers)
+        other.forget()
         return other
+
+    def forget(self) -> None:
+        """Release what is held of sensors; an engine beside this one keeps its own."""
+        self._held, self._shown, self._groups = {}, set(), None
+        self._gatherer = Gatherer(self._workers)
 
     @property
     def traffic(self) -> Traffic:

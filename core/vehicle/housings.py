@@ -56,7 +56,7 @@ def with_housings(solid: Solid, obstacles: Sequence[Sensor]) -> Solid:
     return _housed(solid, tuple(map(housing_of, obstacles))) if obstacles else solid
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=2)
 def _housed(solid: Solid, housings: tuple[Housing, ...]) -> Solid:
     parts = [one.pose.transform(_triangles(one.half_m, one.is_round)) for one in housings]
     return joined(solid, housings, parts)

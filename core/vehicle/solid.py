@@ -166,7 +166,7 @@ def _standing(solid: Solid, stance: Pose) -> Solid:
     return Solid.of(stance.transform(solid.triangles_m), solid.materials, solid.parts)
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=2)  # 13 MB each
 def _solid(vehicle: Vehicle) -> Solid:
     """Return the same object for the same body, so that structures built from it are reused."""
     if vehicle.body_mesh is not None:
