@@ -26,6 +26,8 @@ Points = NDArray[np.float64]
 _FILL_M, _EDGE_M = 0.004, 0.008
 _OTHERS, _ALONE = 0.26, 0.6
 """Opacity of a footprint among others, as a share of that of the selected sensor's, and of all where none is."""
+_PLAIN = 0.22
+"""Opacity of radars and ultrasonic sensors that are not selected: one tint for all classes, and no edges."""
 _EDGES = (0.34, 0.95)
 _WIDTHS_PX = (1.1, 2.0)
 _QUICK_DEG = 4.0
@@ -80,9 +82,12 @@ class FootprintsLayer:
         found = [self._found(sensor, limits, solid, quick) for sensor in sensors if has_footprint(sensor)]
         fills, edges = [], []
         for one in found:
+            is_plain = not is_selected and not isinstance(one.sensor, Camera)
             for band, tint in zip(one.bands, tints(one.sensor, palette, len(one.bands)), strict=True):
-                fills += [(patch, tint.colour, share * tint.opacity) for patch in band.patches]
-                edges += [(patch, tint.colour, edge) for patch in band.patches]
+                opacity = _PLAIN if is_plain else tint.opacity
+                fills += [(patch, tint.colour, share * opacity) for patch in band.patches]
+                if not is_plain:  # the edges of a dozen overlapping sensors say nothing
+                    edges += [(patch, tint.colour, edge) for patch in band.patches]
         show_mesh(self._fills[is_selected], _mesh(fills, _FILL_M, _faces))
         show_mesh(self._edges[is_selected], _mesh(edges, _EDGE_M, _outline))
 
