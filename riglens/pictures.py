@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -52,7 +53,9 @@ def render(
     ray_opacity: float = DEFAULT_RAYS.opacity,
     ray_density: float = DEFAULT_RAYS.density,
     fill: Fill = DEFAULT_RAYS.fill,
+    px_per_m: Sequence[float] = DEFAULT_RAYS.px_per_m,
     all_rays: bool = False,
+    plain_traffic: bool = False,
     draped: bool | None = None,
     select: str | None = None,
     ground: bool = True,
@@ -75,7 +78,8 @@ def render(
     class_name, heatmap
         What the heatmap shows: the key of a heatmap (docs/heatmap.md), or "off".
     baseline, traffic
-        The rig that a heatmap of changes starts from, and the objects that a heatmap of objects counts.
+        The rig that a heatmap of changes starts from, and the objects that a heatmap of objects counts and
+        `plain_traffic` draws.
     theme, transparent
         "dark" or "light"; no background at all.
     title, scores
@@ -83,11 +87,13 @@ def render(
     slice_m, threshold, log, opacity
         Cells of the heatmap: between two heights; above a share of the colour scale (0.02); on a logarithmic scale;
         opacity of the highest values (0.5).
-    rays, ray_opacity, ray_density, fill
+    rays, ray_opacity, ray_density, fill, px_per_m
         Draw the rays, how strongly, and how many of them (0.125 to 8 times); fields of view: footprints on the
-        "ground", "frusta" or "none".
+        "ground", "frusta" or "none"; limits of the bands in footprints of cameras, falling.
     all_rays, select
         Draw the rays of every sensor; the name of the sensor that is shown as selected, with its rays.
+    plain_traffic
+        Draw the objects of a typical frame of `traffic` as plain bodies.
     draped
         Draw the heatmap on the ground, all heights together, or as cells in space; None: in space for rigs whose
         body is ignored, as those of the paper.
@@ -104,8 +110,8 @@ def render(
         Path(out), view, size_px, scale, class_name, heatmap, transparent=transparent, title=title,
         scores=scores, theme=theme, baseline=baseline.name if baseline else None, slice_m=slice_m,
         threshold=threshold, log=log, opacity=opacity, ground=ground, legend=legend,
-        rays=RayLook(rays, ray_opacity, ray_density, fill, all_rays, lattice=all_rays), draped=draped,
-        selected=select,
+        rays=RayLook(rays, ray_opacity, ray_density, fill, all_rays, all_rays, tuple(px_per_m)), draped=draped,
+        selected=select, traffic=plain_traffic,
     )  # fmt: skip
     require_writable(out)
     prepare_drawing()

@@ -238,11 +238,13 @@ def test_pictures_are_those_of_the_command_line(place: Place, tmp_path: Path, xv
     mine, words = tmp_path / "mine.png", tmp_path / "words.png"
     look = ["--slice", "0", "2", "--threshold", "0.1", "--log", "--opacity", "0.7", "--ray-opacity", "0.5"]
     look += ["--ray-density", "2", "--fill", "ground", "--no-ground", "--no-legend", "--size", "320x200"]
+    look += ["--px-per-m", "200", "50", "--plain-traffic"]
     rig, boxes = place.folder / "rig.yaml", ["--boxes", str(place.boxes)]
     assert main(["render", str(rig), *boxes, *GRID, *look, "--out", str(words)]) == 0
     rl.render(
         rl.open_rig(rig), place.scene, mine, slice_m=(0, 2), threshold=0.1, log=True, opacity=0.7,
         ray_opacity=0.5, ray_density=2, fill="ground", ground=False, legend=False, size_px=(320, 200),
+        px_per_m=(200, 50), plain_traffic=True, traffic=rl.load_traffic(place.boxes),
     )  # fmt: skip
     assert mine.read_bytes() == words.read_bytes()
 

@@ -32,7 +32,7 @@ from riglens.evaluation.options import (
 
 SCENE = Group("Scene: boxes and grid", sort_key=10)
 SCORE = Group("Score", sort_key=20)
-COUNT = Group("Hit coverage", sort_key=25)
+COUNT = Group("Objects", sort_key=25)
 BUILD = Group("Workers", sort_key=30)
 MAX_DIGITS = 40
 ON_OFF, WIDTH_HEIGHT = "on|off", "WxH"
@@ -86,6 +86,14 @@ def _json_target(_: Any, tokens: Sequence[Token]) -> str:
     if found.startswith("-") and found != "-":
         raise ValueError(f"must be a file name, or - for standard output (got '{found}')")
     return "-" if found == "-" or is_standard_output(found) else found
+
+
+def shown_default(value: object) -> str | None:
+    """Return a default for --help; a switch that is off and an empty list need none."""
+    if value is None or value is False or value == ():
+        return None
+    parts = value if isinstance(value, tuple) else (value,)
+    return " ".join(f"{one:g}" if isinstance(one, float) else str(one) for one in parts)
 
 
 # ---------------------------------------------------------------- options by themselves
@@ -233,7 +241,7 @@ def _parameters(owner: str, usual: Any, how: Taken) -> Iterator[inspect.Paramete
 
 
 def _annotated(kind: Any, said: OptionHelp, name: str, group: Group | None, default: object) -> Any:
-    shown: Callable[[Any], str] | bool = default is not False and default not in (None, ())
+    shown: Callable[[Any], str | None] = shown_default
     converter: Callable[..., Any] | None = whole_number if int in (kind, *get_args(kind)) else None
     if name == "voxel_m":
         converter = _edge_or_auto
@@ -249,6 +257,7 @@ def _annotated(kind: Any, said: OptionHelp, name: str, group: Group | None, defa
             help=said.help,
             converter=converter,
             n_tokens=1 if said.metavar == WIDTH_HEIGHT else None,
+            consume_multiple=kind == tuple[float, ...],
             negative=f"--{said.negative}" if said.negative else (),
             show_default=shown,
             show_choices=converter is None,

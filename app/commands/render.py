@@ -34,7 +34,7 @@ PictureArguments = Annotated[
     RenderRequest,
     taken(None, *(one.name for one in fields(RenderRequest) if one.name not in ("out", "rays"))),
 ]
-RayArguments = Annotated[RayLook, taken(None, "shown", "of_all", "opacity", "density", "fill")]
+RayArguments = Annotated[RayLook, taken(None, "shown", "of_all", "opacity", "density", "fill", "px_per_m")]
 
 
 @command
@@ -64,10 +64,9 @@ def render(
         raise InputError("specify exactly one of --out and --set")
     picture = replace(look, out=out or USUAL.out, rays=replace(rays, lattice=rays.of_all))
     is_of_objects = picture.heat_map is not None and picture.heat_map.needs == "objects"
-    if is_of_objects and scene.pog is not None:
-        raise InputError(
-            f"holds no objects, which {picture.heat} shows: leave it out, or choose another", "pog", "heatmap"
-        )
+    if scene.pog is not None and (is_of_objects or picture.traffic):
+        option = "heatmap" if is_of_objects else "plain-traffic"
+        raise InputError("holds no objects, which are to be drawn: leave it out, or change", "pog", option)
     prepare_drawing()
     if out is not None:
         require_writable(out)
@@ -78,7 +77,8 @@ def render(
     opened = as_drawn(opened, Path(rig).parent, note)
     score = drawn_score(opened, score.body)
     pog, field = load_scene(scene, TERMINAL, [opened], score)
-    traffic = load_traffic(scene, WITHIN_M, TERMINAL) if is_of_objects else None
+    is_counted = is_of_objects or picture.traffic
+    traffic = load_traffic(scene, WITHIN_M, TERMINAL) if is_counted else None
     drawn = scored_state(opened, pog, field, picture, baseline, settings_of(score), traffic, TERMINAL)
     if set_folder is not None:
         written = write_set(drawn, set_folder, picture.size_px, picture.scale, TERMINAL)

@@ -22,6 +22,7 @@ from riglens.core.figures.heatmaps import (
 from riglens.core.figures.registry import heat_map_named, heat_maps, voxel_heat_maps
 from riglens.core.figures.text import in_sentence
 from riglens.core.files import is_stream
+from riglens.core.footprint.ground import checked_limits
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import PAPER_SETTINGS, Body, MetricSettings
 from riglens.core.monitor import SILENT, Monitor
@@ -102,6 +103,10 @@ class RenderRequest:
         str | None,
         OptionHelp("SENSOR", "Show this sensor as selected, with its rays and labels.", "select"),
     ] = None
+    traffic: Annotated[
+        bool,
+        OptionHelp("", "Draw the objects of a typical frame as plain bodies.", "plain-traffic"),
+    ] = False
     transparent: Annotated[bool, OptionHelp("", "Leave background and ground transparent.")] = False
     ground: Annotated[
         bool,
@@ -162,6 +167,7 @@ class RenderRequest:
                 f"must be between {LEAST_DENSITY:g} and {MOST_DENSITY:g} (got {self.rays.density:g})",
                 "ray_density",
             )
+        checked_limits(self.rays.px_per_m)
 
 
 def scored_state(
@@ -175,7 +181,9 @@ def scored_state(
     monitor: Monitor = SILENT,
 ) -> SceneState:
     """Evaluate a rig, and the baseline of a heatmap of changes, and return what `draw` draws; call `prepare_drawing`
-    before. InputError for a heatmap of objects without traffic."""
+    before. InputError for a heatmap or bodies of objects without traffic."""
+    if picture.traffic and traffic is None:
+        raise InputError("needs", "plain_traffic", "traffic")
     with monitor.stage("Casting rays"):
         engine = Engine(field)
         evaluation = engine.evaluate(rig, settings)
@@ -194,7 +202,12 @@ def scored_state(
             how = TargetSettings(body=settings.body)
             counted = TargetEngine(traffic).evaluate(rig, how, with_losses=heat.with_losses)
             cells = heat.data(heat.over(ground_view(counted, picture.class_name)))
-    return _state(field, evaluation, cells, picture)
+    state = _state(field, evaluation, cells, picture)
+    if not picture.traffic or traffic is None:
+        return state
+    from riglens.widgets.traffic.frame import plain_frame
+
+    return replace(state, traffic=plain_frame(traffic))
 
 
 def draw_evaluated(

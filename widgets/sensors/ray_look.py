@@ -57,7 +57,12 @@ class RayLook:
     ] = "ground"
     of_all: Annotated[bool, OptionHelp("", "Draw the rays of every sensor.", "all-rays")] = False
     lattice: bool = False
-    px_per_m: tuple[float, ...] = EN_62676_4
+    px_per_m: Annotated[
+        tuple[float, ...],
+        OptionHelp(
+            "N", "Limits of the bands in the footprints of cameras, pixels per metre, falling.", "px-per-m"
+        ),
+    ] = EN_62676_4
 
     def of_selected(self, quick: bool = False) -> Strokes:
         """Return the strokes of the fan of the selected sensor."""

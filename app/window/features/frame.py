@@ -22,7 +22,7 @@ from riglens.core.kernels.runtime.codes import BODY, GROUND
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.sectors import SECTORS, sector_of
 from riglens.widgets.timers import Timers, single_shot
-from riglens.widgets.traffic.frame import ShownFrame
+from riglens.widgets.traffic.frame import ShownFrame, plain_frame
 
 if TYPE_CHECKING:
     from riglens.core.targets.traffic import Traffic
@@ -30,10 +30,6 @@ if TYPE_CHECKING:
 
 FRAME_MS = 200
 """Shortest time for which each frame is shown during playback."""
-_AHEAD_M, _ASIDE_M, _CLOSE_M = (10.0, 45.0), 12.0, 12.0
-_SOME = 9
-"""Ground ahead and to the sides, distance below which an object would hide the car, and number of objects that shows
-the scale without a crowd: our choice for the first view."""
 NONE_MISSED = "The rig misses no object in the frames counted so far"
 
 
@@ -253,24 +249,6 @@ class FrameView(Feature):
         self.drawn.emit()
         if missed is not None and request.explain is not None:
             self._targets.panel.say(missed_text(scene, request.explain, missed), stays=True)
-
-
-def plain_frame(traffic: Traffic) -> ShownFrame:
-    """Return the bodies of a frame with some objects ahead, the first of those with the number closest to `_SOME`,
-    and if possible none close to the car, where it would hide the car."""
-    is_object, x, y = traffic.cls < len(CLASSES), traffic.centre_m[:, 0], traffic.centre_m[:, 1]
-    ahead = is_object & (x > _AHEAD_M[0]) & (x < _AHEAD_M[1]) & (np.abs(y) < _ASIDE_M)
-    counts, close = (
-        np.bincount(traffic.frame_of_box[chosen], minlength=traffic.frames)
-        for chosen in (ahead, traffic.distance_m < _CLOSE_M)
-    )
-    off = np.abs(counts - _SOME) + np.where(close > 0, len(traffic.cls), 0)
-    first = min(np.flatnonzero(off == off.min()), key=lambda place: int(traffic.frame[place]))
-    part = slice(int(traffic.starts[first]), int(traffic.starts[first + 1]))
-    chosen = np.flatnonzero(is_object[part]) + part.start
-    return ShownFrame.plain(
-        traffic.cls[chosen], traffic.centre_m[chosen], traffic.size_m[chosen], traffic.rotation[chosen]
-    )
 
 
 def missed_objects(answer: CountAnswer) -> list[int]:

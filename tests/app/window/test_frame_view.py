@@ -21,7 +21,6 @@ from riglens.app.window.features.frame import (
     FrameView,
     missed_objects,
     missed_text,
-    plain_frame,
 )
 from riglens.app.window.features.pick import hidden_from, voxel_text
 from riglens.app.window.features.targets import Targets
@@ -37,7 +36,7 @@ from riglens.core.vehicle.solid import Solid
 from riglens.core.view.frame_scene import FrameScene, Missed, frame_scene
 from riglens.evaluation.requests import PickedVoxel
 from riglens.widgets.theme import DARK
-from riglens.widgets.traffic.frame import ShownFrame
+from riglens.widgets.traffic.frame import ShownFrame, plain_frame
 from riglens.widgets.traffic.layer import box_colours
 from tests.app.window.desk import Desk, FakeWorker, full_desk, open_desk
 from tests.app.window_bench import RIG

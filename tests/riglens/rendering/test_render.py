@@ -65,7 +65,7 @@ def test_every_option_changes_what_is_drawn(riglens, boxes, tmp_path, monkeypatc
         "--view top", "--class pedestrian", "--heatmap off", "--heatmap sensors",
         "--heatmap change --baseline N+C", "--slice 0.5 1", "--log", "--threshold 0.5", "--opacity 0.1", "--no-legend",
         "--no-rays", "--ray-opacity 0.6", "--ray-density 4", "--fill none", "--fill frusta", "--all-rays", "--draped",
-        "--title", "--scores",
+        "--title", "--scores", "--px-per-m 200 50", "--plain-traffic",
         "--scale 2", "--transparent", "--no-ground", "--theme light",
     )  # fmt: skip
     pictures = [first, asked(rig="Center"), *(asked(*option.split()) for option in options)]
@@ -104,6 +104,8 @@ def test_a_transparent_picture_has_no_background(riglens, boxes, tmp_path):
         (("--class", "tram"), "pedestrian"),
         (("--ray-opacity", "1.5"), "between 0 and 1"),
         (("--ray-density", "nan"), "between 0.125 and 8"),
+        (("--px-per-m", "25", "50"), "falling"),
+        (("--plain-traffic", "--pog", "town.npz"), "holds no objects"),
         (("--slice", "2", "1"), "FROM below TO"),
         (("--slice", "0", "inf"), "FROM below TO"),
         (("--threshold", "1.5"), "between 0 and 1"),
