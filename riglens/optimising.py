@@ -91,7 +91,7 @@ def optimise(
     frames, held_out, seed
         Number of frames to choose by, and of other frames to check in; seed of all draws.
     against
-        The rig that gains are compared with; by default the best of some mounts chosen by hand.
+        The rig that gains are compared with; by default the best of some typical mounts.
     blind_m
         Also find the front between the objective and the area where an object of this height is in no sensor's view.
     checks

@@ -56,7 +56,7 @@ def build(
     Parameters
     ----------
     boxes
-        Box data sets: tables, nuScenes, Argoverse 2, KITTI or CARLA folders.
+        Box data sets: tables, or folders of nuScenes, Argoverse 2, KITTI, ONCE, ZOD, DAIR-V2X, OPV2V or CARLA.
     out
         File to store it in (.npz). Finished parts are kept next to it, in FILE.parts, until the build is complete.
     """
@@ -76,7 +76,7 @@ def show(*boxes: BoxPaths, scene: ReadingArguments = SceneOptions(), json: JsonF
     Parameters
     ----------
     boxes
-        Box data sets: tables, nuScenes, Argoverse 2, KITTI or CARLA folders.
+        Box data sets: tables, or folders of nuScenes, Argoverse 2, KITTI, ONCE, ZOD, DAIR-V2X, OPV2V or CARLA.
     """
     require_outputs(boxes, json)
     with progress_bar("Reading boxes") as progress:

@@ -72,7 +72,7 @@ def optimise(
     within_m
         Objects count up to this distance from the car.
     against
-        Rig that gains are compared with, instead of mounts chosen by hand.
+        Rig that gains are compared with, instead of typical mounts.
     check_boxes
         Also check the gain on this box data set; may be repeated.
     out

@@ -9,7 +9,14 @@ from typing import NamedTuple
 
 from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 
-from riglens.app.commands.options import Libraries, RigName, SceneArguments, WindowArguments, command
+from riglens.app.commands.options import (
+    Libraries,
+    RigName,
+    SceneArguments,
+    WindowArguments,
+    command,
+    shown_default,
+)
 from riglens.core.errors import InputError
 from riglens.evaluation.options import DEFAULT_RIG, SceneOptions, ScoreOptions
 from riglens.version import installed_version
@@ -66,7 +73,7 @@ COMMANDS = {
 }
 GROUPS = {
     "data": (
-        "Box data: build a POG, or show their contents.",
+        "Build a POG from box data, or describe box data.",
         {
             "build": Command(
                 "data:build",
@@ -113,19 +120,14 @@ GROUPS = {
 }
 
 
-def _shown_default(value: object) -> str | None:
-    """Return a default for --help; a switch that is off and an empty list need none."""
-    return None if value is None or value is False or value == () else str(value)
-
-
 app = App(
     name="riglens",
-    help="Place LiDARs and cameras on a car and score how well they cover traffic (S-MS). "
+    help="Place LiDARs and cameras on a car and score how well they cover traffic. "
     "RIG is a rig file or the name of a preset (W+T); see `riglens list rigs`.",
     help_format="plaintext",
     usage="Usage: riglens [RIG] [OPTIONS]\n       riglens COMMAND [OPTIONS] [ARGS]\n",
     version=installed_version,
-    default_parameter=Parameter(negative=(), show_default=_shown_default),
+    default_parameter=Parameter(negative=(), show_default=shown_default),
     suppress_keyboard_interrupt=False,
 )
 

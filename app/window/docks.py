@@ -56,7 +56,7 @@ class Docks:
 def dock_spec(title: str, number: int) -> Spec:
     """Return the action of the dock with that number; the tenth one has the key 0, later ones have none."""
     key = f"Ctrl+{number % 10}" if number <= 10 else ""
-    return Spec(f"dock_{title}", title, f"Bring the panel {title} to the front", key, menu="view")
+    return Spec(f"dock_{title}", title, f"Bring the panel {title} to the front.", key, menu="view")
 
 
 class DockTitles:

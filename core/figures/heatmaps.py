@@ -369,12 +369,12 @@ def _lost(key: str, title: str, what: str, values: Callable[[CameraLosses], Doub
 PROBABILITY = Probability(
     key="probability",
     title="POG probability",
-    question="The largest p of the cell's voxels.",
+    question="Largest probability of occupancy of a cell's voxels.",
     shortcut="Alt+1",
     unit="",
 )
 ENTROPY = VoxelHeatMap(
-    key="entropy", title="Entropy", question="The sum of h over the cell's voxels.", shortcut="Alt+2"
+    key="entropy", title="Entropy", question="Entropy of a cell's voxels, summed.", shortcut="Alt+2"
 )
 SEEN_ENTROPY = VoxelHeatMap(
     key="seen",
@@ -396,7 +396,7 @@ UNSEEN_ENTROPY = VoxelHeatMap(
 SENSORS = SensorCount(
     key="sensors",
     title="Number of sensors",
-    question="The number that applies to most of the cell's entropy; cells with little entropy are faint.",
+    question="Number of sensors that see most of a cell's entropy; cells with little entropy are faint.",
     shortcut="Alt+5",
     unit="",
 )

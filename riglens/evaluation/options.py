@@ -105,7 +105,8 @@ class SceneOptions:
         Path | None,
         OptionHelp(
             "PATH",
-            "Box data set: table, nuScenes, Argoverse 2, KITTI or CARLA folder. Without it: the bundled scenario.",
+            "Box data set: a table, or a folder of nuScenes, Argoverse 2, KITTI, ONCE, ZOD, DAIR-V2X, OPV2V or CARLA. "
+            "Without it: the bundled scenario.",
         ),
     ] = None
     origin_m: Annotated[

@@ -49,7 +49,8 @@ class DesignOptions:
     ] = None
     design_seed: Annotated[int, OptionHelp("N", "Seed of the Sobol sequence.")] = 0
     compute: Annotated[
-        Literal["score", "targets"] | None, OptionHelp("", "Compute scores or hit coverage alone.")
+        Literal["score", "targets"] | None,
+        OptionHelp("", "Compute scores alone, or points on objects alone."),
     ] = None
     blind_m: Annotated[
         float | None,

@@ -185,7 +185,6 @@ def look_of(kept: dict[str, Any]) -> HeatLook | None:
     return HeatLook(shares[0], log is True, shares[1]) if len(shares) == 2 else None
 
 
-_OPEN = "ignoring car and traffic"
 FILLS: tuple[Fill, ...] = ("none", "ground", "frusta")
 
 
@@ -200,7 +199,7 @@ class RaysShown(Feature):
         Spec("rays", "Rays", "Show the rays of the selected sensor.", "R", menu="view/shown", is_checkable=True),
         _fill("none", "None", "Show rays only."),
         _fill("ground", "Footprints on the ground", "Show what cameras resolve and radars reach on the ground."),
-        _fill("frusta", "Frusta", f"Fill the outside of each field of view, {_OPEN}"),
+        _fill("frusta", "Frusta", "Fill the outside of each field of view, ignoring car and traffic."),
     )  # fmt: skip
 
     def __init__(self, bench: Workbench, heat: Heat) -> None:

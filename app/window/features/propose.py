@@ -293,7 +293,7 @@ class Propose(Feature):
         if answer.best is not None and self._asked is not None:
             now, best = (
                 Offer("", "Now", self._asked.rig),
-                Offer("best", "Best so far", answer.best, answer.value),
+                Offer("best", "Best found", answer.best, answer.value),
             )
             self.panel.show_offers((now, best), self._goal.figure)
             self._keep((now, best))

@@ -27,7 +27,9 @@ from riglens.widgets.panels.scene.scene_panel import SceneChoice
 PREPARING = ("Preparing the engine", "the first start compiles code for this rig")
 QUIET_KEY = "scene/no_grid_note"
 FILE_TIP = "Score on a CSV, CSV.gz or Parquet table, or on annotations.feather."
-FOLDER_TIP = "Score on a folder of nuScenes, Argoverse 2, KITTI or CARLA, or of tables."
+FOLDER_TIP = (
+    "Score on a folder of nuScenes, Argoverse 2, KITTI, ONCE, ZOD, DAIR-V2X, OPV2V or CARLA, or of tables."
+)
 
 
 class SceneData(Feature):

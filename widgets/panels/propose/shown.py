@@ -58,7 +58,7 @@ def offers_of(found: OptimiseResult) -> list[Offer]:
 
 
 def reference_title(found: OptimiseResult) -> str:
-    """Return what gains refer to: another rig, or the same with mounts chosen by hand."""
+    """Return what gains refer to: another rig, or the same with typical mounts."""
     name = found.reference.name.removeprefix(f"{found.problem.rig.name}, ")
     return visible(name[0].upper() + name[1:])
 

@@ -119,10 +119,10 @@ class ScenePanel(Form):
         self.add_row("Data", [self._name])
         buttons = []
         for text, tip, slot in (
-            ("File…", "CSV, CSV.gz or Parquet table, or annotations.feather", self.file_wanted.emit),
+            ("File…", "CSV, CSV.gz or Parquet table, or annotations.feather.", self.file_wanted.emit),
             (
                 "Folder…",
-                "Folder of nuScenes, Argoverse 2, KITTI or CARLA, or of tables",
+                "Folder of nuScenes, Argoverse 2, KITTI, ONCE, ZOD, DAIR-V2X, OPV2V or CARLA, or of tables.",
                 self.folder_wanted.emit,
             ),
             ("Bundled", "The bundled simulated town.", lambda: self.choose_boxes(None)),
