@@ -38,6 +38,8 @@ PLACE_TIP = (
     "the body sees out only through glass, or where Solid car is off."
 )
 _NO_MODEL, MODIFIED = "none", ", modified"
+_WIDEST = "Points a second"
+"""The widest caption of all kinds: fields stay where they are when a sensor of another kind is selected."""
 LOCKED_NOTE = "{names} locked: unlock in the list to edit."
 SEVERAL_NOTE = "{count} selected: a number sets all of them; += 0.1 or -= 0.1 changes each."
 OF_KIND_NOTE = "Model and {part} apply to the {kinds} among them."
@@ -68,6 +70,7 @@ class SensorForm(Form):
         self._add_pose()
         self._add_fields()
         self._add_derived()
+        self._grid.setColumnMinimumWidth(0, self.fontMetrics().horizontalAdvance(_WIDEST))
         self.close_form()
 
     def set_taken_names(self, names: frozenset[str]) -> None:
