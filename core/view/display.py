@@ -17,18 +17,10 @@ MAX_CELLS = 200_000
 
 
 @dataclass(frozen=True)
-class _ClassEntropies:
-    """Entropies of one class in fixed point: h of every informative voxel (n,), and its sum over each cell (m,)."""
-
-    h_q: NDArray[np.uint32]
-    total_q: NDArray[np.int64]
-
-
-@dataclass(frozen=True)
 class DisplayGrid:
     """Cells of `block`^3 voxels that hold an occupied voxel; centres_m (m, 3) float32, cell_m their edge.
 
-    The entropies of the last class are cached for drags.
+    The entropies of the last class, int64 (m,), are cached for drags.
     """
 
     pog: Pog
@@ -38,7 +30,7 @@ class DisplayGrid:
     centres_m: NDArray[np.float32]
     _cells_occupied: NDArray[np.int32]
     _cells_informative: NDArray[np.int32]
-    _last: dict[int, _ClassEntropies] = field(default_factory=dict, repr=False, compare=False)
+    _last: dict[int, NDArray[np.int64]] = field(default_factory=dict, repr=False, compare=False)
 
     @classmethod
     def build(cls, pog: Pog, field: EntropyField, max_cells: int = MAX_CELLS) -> DisplayGrid:
@@ -74,11 +66,11 @@ class DisplayGrid:
 
     def entropy(self, cls: int) -> NDArray[np.float32]:
         """Return the entropy of each cell in nat: the sum over its voxels, (m,)."""
-        return (self._entropies_of(cls).total_q / QUANTA_PER_NAT).astype(np.float32)
+        return (self._total_q(cls) / QUANTA_PER_NAT).astype(np.float32)
 
     def seen_share(self, cls: int, words: Words) -> NDArray[np.float32]:
         """Return the share of each cell's entropy in a seen set, 0 to 1, 0 where there is none, (m,)."""
-        seen_q, total_q = self._seen_q(cls, words), self._entropies_of(cls).total_q
+        seen_q, total_q = self._seen_q(cls, words), self._total_q(cls)
         return np.divide(seen_q, total_q, out=np.zeros(len(seen_q)), where=total_q > 0).astype(np.float32)
 
     def seen_entropy(self, cls: int, words: Words) -> NDArray[np.float32]:
@@ -91,7 +83,11 @@ class DisplayGrid:
     def _levels_q(self, cls: int, levels: NDArray[np.uint64]) -> NDArray[np.int64]:
         """Return each cell's entropy by the number of nested sets that hold it, (m, n + 1)."""
         sums_q = np.zeros((len(self.centres_m), len(levels) + 1), np.int64)
-        cells.levels_per_cell(levels, self._map(cls), sums_q)
+        field = self.entropies
+        slab_words = self.block * self.pog.grid.shape[1] * words_per_column(self.pog.grid)
+        voxels = CellMap(field.index.words, field.index.first, self._cells_informative, slab_words)
+        values_q = field.entropies_q[:, cls].astype(np.int64)
+        cells.levels_per_cell(levels, voxels, field.runs, values_q, sums_q)
         return sums_q
 
     def prevailing(self, cls: int, levels: NDArray[np.uint64]) -> NDArray[np.float32]:
@@ -102,17 +98,10 @@ class DisplayGrid:
         level: NDArray[np.float32] = np.argmax(self._levels_q(cls, levels), axis=1).astype(np.float32)
         return level
 
-    def _map(self, cls: int) -> CellMap:
-        index, h_q = self.entropies.index, self._entropies_of(cls).h_q
-        slab_words = self.block * self.pog.grid.shape[1] * words_per_column(self.pog.grid)
-        return CellMap(index.words, index.first, h_q, self._cells_informative, slab_words)
-
-    def _entropies_of(self, cls: int) -> _ClassEntropies:
+    def _total_q(self, cls: int) -> NDArray[np.int64]:
+        """Return the entropy of each cell, (m,)."""
         if cls not in self._last:
             self._last.clear()
-            h_q = self.entropies.entropy_q(cls)
-            total = np.bincount(
-                self._cells_informative, h_q.astype(np.float64), minlength=len(self.centres_m)
-            )
-            self._last[cls] = _ClassEntropies(h_q, total.astype(np.int64))
+            no_sets = np.zeros((0, self.entropies.index.words.size), np.uint64)
+            self._last[cls] = self._levels_q(cls, no_sets)[:, 0]
         return self._last[cls]

@@ -14,13 +14,11 @@ from riglens.core.kernels.voxels.entropy_codes import Runs
 
 class CellMap(NamedTuple):
     """Informative voxels and the display cells that hold them: keep uint64 (words,), the voxels; first uint32
-    (words + 1,): how many come before each word; h_q uint32 (n,): their entropies of one class in units of 2^-32 nat;
-    cells int32 (n,): the cell of each; slab_words: words of the columns that may share cells with each other, so that
-    slabs of so many words share none."""
+    (words + 1,): how many come before each word; cells int32 (n,): the cell of each; slab_words: words of the columns
+    that may share cells with each other, so that slabs of so many words share none."""
 
     keep: np.ndarray
     first: np.ndarray
-    h_q: np.ndarray
     cells: np.ndarray
     slab_words: int
 
@@ -60,10 +58,13 @@ def largest_per_cell(cells: np.ndarray, counts: np.ndarray, count_of_cells: int)
 
 
 @parallel_kernel
-def levels_per_cell(levels: np.ndarray, voxels: CellMap, sums_q: np.ndarray) -> None:
-    """Add h of every voxel to its cell, in the column of the number of nested sets that hold it.
+def levels_per_cell(
+    levels: np.ndarray, voxels: CellMap, runs: Runs, values_q: np.ndarray, sums_q: np.ndarray
+) -> None:
+    """Add what every voxel adds to its cell, in the column of the number of nested sets that hold it.
 
-    levels uint64 (n, words): each a part of the one before; sums_q int64 (m, n + 1).
+    levels uint64 (n, words): each a part of the one before; values_q int64 (m,): what a voxel adds, by code; sums_q
+    int64 (m, n + 1).
     """
     count, words = levels.shape
     slab_words = voxels.slab_words
@@ -71,11 +72,15 @@ def levels_per_cell(levels: np.ndarray, voxels: CellMap, sums_q: np.ndarray) -> 
     for slab in numba.prange(slabs):
         for w in range(slab * slab_words, min((slab + 1) * slab_words, words)):
             bits, row = voxels.keep[w], np.int64(voxels.first[w])
+            run, value_q = np.int64(runs.first[w]), np.int64(0)
             while bits != 0:
                 bit, level = lowest_bit(bits), 0
+                if (runs.starts[w] >> bit) & np.uint64(1) != 0:
+                    value_q = values_q[runs.codes[run]]
+                    run += 1
                 while level < count and (levels[level, w] >> bit) & np.uint64(1) != 0:
                     level += 1
-                sums_q[voxels.cells[row], level] += np.int64(voxels.h_q[row])
+                sums_q[voxels.cells[row], level] += value_q
                 row += 1
                 bits &= bits - np.uint64(1)
 
