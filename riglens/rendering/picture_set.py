@@ -147,8 +147,6 @@ def _plain(state: SceneState) -> SceneState:
 
 def _shots(state: SceneState, monitor: Monitor) -> Iterator[Shot]:
     """Yield the pictures of the set."""
-    from riglens.widgets.viewport.scene_state import NO_CAPTION
-
     plain = _plain(state)
     for name, (view, caption) in VIEWS.items():
         close = _close_up(plain, view)
@@ -166,14 +164,11 @@ def _shots(state: SceneState, monitor: Monitor) -> Iterator[Shot]:
     from riglens.widgets.drawing.camera import through
 
     for camera in state.rig.enabled_cameras():
-        if through(camera) is not None:
-            seen = replace(
-                state, caption=NO_CAPTION, show_legend=False, show_gizmo=False, show_selection=False,
-                hidden=state.hidden | {camera.name},
-                ray_look=replace(state.ray_look, shown=False),
-            )  # fmt: skip
+        lens = through(camera)
+        if lens is not None:
             width, height = camera.image
             caption = f"What {visible(camera.name)} sees: {width} × {height} px."
+            seen = replace(state, hidden=state.hidden - {camera.name}).seen_by(camera.name, lens)
             yield Shot(f"camera-{_file_name(camera.name)}", caption, seen, camera)
 
 

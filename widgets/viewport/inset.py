@@ -23,7 +23,7 @@ from riglens.widgets.drawing.lens import bend_of
 from riglens.widgets.drawing.stage import render_window
 from riglens.widgets.timers import Timers, single_shot
 from riglens.widgets.viewport.drawn_scene import DrawnScene
-from riglens.widgets.viewport.scene_state import NO_CAPTION, SceneState
+from riglens.widgets.viewport.scene_state import SceneState
 
 PAUSE_MS = 120
 """Least time between pictures during a drag: each takes about as long as a frame of the view."""
@@ -171,11 +171,7 @@ def _seen(state: SceneState) -> SceneState | None:
     view = through(camera) if isinstance(camera, Camera) and state.show_selection else None
     if camera is None or view is None:
         return None
-    return replace(
-        state, camera=view, caption=NO_CAPTION, show_legend=False, show_gizmo=False,
-        ray_look=replace(state.ray_look, shown=False), masts=(), stubs=None, ghosts=(), marker=None,
-        measured=None, gizmo_mode="both", gizmo_space="local", snap=False,
-    )  # fmt: skip
+    return state.seen_by(camera.name, view)
 
 
 def pixels_of(window: vtkRenderWindow) -> NDArray[np.uint8]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 
 from riglens.core.geometry import Pose, Vec3
 from riglens.core.rig.groups import Poses, centre_m
@@ -177,6 +177,15 @@ class SceneState:
     def enabled(self) -> list[Sensor]:
         """The sensors that are switched on and work, of those that are not hidden."""
         return [sensor for sensor in self.shown if sensor.enabled and sensor.name not in self.failed]
+
+    def seen_by(self, camera: str, view: OrbitCamera) -> SceneState:
+        """Return the scene as a camera's picture shows it, along its view: with its own bands selected, without what
+        the window adds for editing."""
+        return replace(
+            self, camera=view, selected=camera, also_selected=frozenset(), show_selection=True, caption=NO_CAPTION,
+            show_legend=False, show_gizmo=False, ray_look=replace(self.ray_look, shown=False), masts=(), stubs=None,
+            ghosts=(), marker=None, measured=None, gizmo_mode="both", gizmo_space="local", snap=False,
+        )  # fmt: skip
 
     def other_fans_differ(self, after: SceneState) -> bool:
         """Return whether the rays of any unselected sensor must be redrawn to show another state."""
