@@ -345,7 +345,8 @@ _NEAR = f"within {NEAR_M:g} m of each metre of ground, in all frames"
 
 def _part(voxels: VoxelSet) -> VoxelHeatMap:
     """Return the entropy in a set of voxels."""
-    question = f"The part of the entropy in voxels seen by {voxels.seen_by}."
+    sensors = " sensors" if voxels.least > 1 else ""
+    question = f"The part of the entropy in voxels seen by {voxels.seen_by}{sensors}."
     return VoxelHeatMap(
         key=voxels.key, title=f"Seen by {voxels.seen_by}", question=question, better="more", voxels=voxels
     )

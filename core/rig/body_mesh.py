@@ -25,16 +25,16 @@ class MeshPlacement(Frozen):
     scale: Annotated[
         float,
         Field(
-            allow_inf_nan=False, ge=1e-6, le=1e6, title="Mesh scale", description="0.001 for a mesh in millimetres",
+            allow_inf_nan=False, ge=1e-6, le=1e6, title="Mesh scale", description="0.001 for a mesh in millimetres.",
             json_schema_extra={"step": 0.1},
         ),
     ] = 1.0  # fmt: skip
     rpy_deg: Annotated[
-        Angles3, Field(title="Mesh turned", description="roll, pitch, yaw", json_schema_extra={"step": 5.0})
+        Angles3, Field(title="Mesh turned", description="Roll, pitch, yaw.", json_schema_extra={"step": 5.0})
     ] = (0.0, 0.0, 0.0)
     offset: Annotated[
         Position,
-        Field(title="Mesh moved", description="x, y, z; after scale and turn", json_schema_extra=METRES),
+        Field(title="Mesh moved", description="x, y, z; after scale and turn.", json_schema_extra=METRES),
     ] = (0.0, 0.0, 0.0)
 
 

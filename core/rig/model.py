@@ -57,12 +57,12 @@ class Vehicle(Frozen):
     """
 
     body: Name = "sedan"
-    length: Annotated[VehicleLength, Field(description="bumper to bumper", json_schema_extra=METRES)] = 4.6
-    width: Annotated[VehicleLength, Field(description="without mirrors", json_schema_extra=METRES)] = 1.9
-    height: Annotated[VehicleLength, Field(description="ground to roof", json_schema_extra=METRES)] = 1.45
+    length: Annotated[VehicleLength, Field(description="Bumper to bumper.", json_schema_extra=METRES)] = 4.6
+    width: Annotated[VehicleLength, Field(description="Without mirrors.", json_schema_extra=METRES)] = 1.9
+    height: Annotated[VehicleLength, Field(description="Ground to roof.", json_schema_extra=METRES)] = 1.45
     rear_axle_x: Annotated[
         Metres,
-        Field(description="from the centre of the body, negative is behind it", json_schema_extra=METRES),
+        Field(description="From the centre of the body; negative is behind it.", json_schema_extra=METRES),
     ] = -1.35
     mesh: MeshPlacement = MeshPlacement()
     _body_mesh: BodyMesh | None = PrivateAttr(default=None)
@@ -126,7 +126,7 @@ class Rig(Frozen):
     self_occlusion: bool = True
     housings: Annotated[
         Literal["ignored", "blocks"],
-        Field(description="whether housings stop the rays of other sensors, wherever the car's body does"),
+        Field(description="Whether housings stop the rays of other sensors, wherever the car's body does."),
     ] = "ignored"
     vehicle: Vehicle = Vehicle()
     keep_out: Annotated[tuple[Spot, ...], Field(max_length=MAX_SPOTS)] = ()

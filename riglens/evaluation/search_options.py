@@ -71,7 +71,7 @@ class SearchOptions:
         str,
         OptionHelp(
             "FIGURE",
-            f"Figure to improve, one of docs/figures.md or a figure of searches alone: {', '.join(objectives())}.",
+            f"Figure to improve: {', '.join(objectives())}; see docs/figures.md.",
         ),
     ] = "on_target"
     weight: Annotated[

@@ -39,7 +39,7 @@ class Bend(NamedTuple):
         lower = (1.0 - right) * flat[y1, x0] + right * flat[y1, x1]
         image = np.round((1.0 - down) * upper + down * lower).astype(np.uint8)
         image[..., :3] *= is_imaged
-        return image
+        return np.asarray(image, np.uint8)
 
 
 def bend_of(camera: Camera, size: Size, step: int = 1) -> Bend | None:

@@ -82,8 +82,10 @@ def fields_of(names: Sequence[str]) -> dict[str, FieldInfo]:
         titles: dict[str, Any] | None = None
         if name in choices:
             kind, titles = Literal[tuple(choices[name])], {"titles": choices[name]}
+        tip = said.help if titles is None else "Figure to improve."
+        tip = tip.replace("; may be repeated", "")  # by words that the field takes together
         found[name] = FieldInfo(
-            annotation=kind, title=label_of(name), description=said.help, json_schema_extra=titles
+            annotation=kind, title=label_of(name), description=tip, json_schema_extra=titles
         )
     return found
 

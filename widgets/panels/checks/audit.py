@@ -55,7 +55,7 @@ class AuditPanel(QWidget):
         super().__init__(parent)
         as_panel(self)
         titles = dict(OUTCOMES.values())
-        self.table = SensorTable("Rays of each sensor", {"Rays": "Rays of the sensor"} | titles)
+        self.table = SensorTable("Rays of each sensor", {"Rays": "Rays of the sensor."} | titles)
         self._note = plain_label(style="hint")
         follow = button(QPushButton(FOLLOW), self.wanted, FOLLOW_TIP, "follow_rays")
         line = filled(QHBoxLayout(), follow, self._note, 1, margins=(MARGIN, 4, MARGIN, 4))

@@ -39,7 +39,7 @@ STOP_TIP = "Braking model (our choice): enter your own. Stopping distance: v t +
 _BOXES = {
     "min_points": ("card_points", (1, MOST_POINTS), None, "≥ ", " points", ENOUGH_TIP),
     "min_height_px": ("card_px", (1, MOST_PX), 0, "≥ ", " px", ENOUGH_TIP),
-    "to_m": ("card_to", (LEAST_TO_M, int(FARTHEST_M)), None, "up to ", " m", "Maximum distance"),
+    "to_m": ("card_to", (LEAST_TO_M, int(FARTHEST_M)), None, "up to ", " m", "Maximum distance."),
     "reaction_s": ("card_reaction", (0, 60), 1, "reaction ", " s", STOP_TIP),
     "deceleration_mps2": ("card_brake", (1, 20), 1, "brakes ", " m/s²", STOP_TIP),
 }

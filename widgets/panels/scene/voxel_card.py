@@ -60,7 +60,7 @@ class VoxelCard(QFrame):
         self.hide()
 
     def _build(self) -> None:
-        close = tool(icon("close"), self.closed, "Clear the voxel (Esc)", "close_card")
+        close = tool(icon("close"), self.closed, "Clear the voxel. (Esc)", "close_card")
         close.setIconSize(QSize(14, 14))
         close.setAutoRaise(True)
         head = filled(QHBoxLayout(), self._title, 1, close)

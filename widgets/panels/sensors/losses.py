@@ -54,7 +54,7 @@ def meaning(measure: Figure) -> str:
     if measure.better == "neither":
         unit = UNITS[measure.unit]
         return f"Change of {measure.title} without this sensor, in {unit}; the arrow shows the direction."
-    return f"Loss of {measure.title} without this sensor, in {change_unit(measure)}. {measure.question}"
+    return f"{measure.title}: loss without this sensor, in {change_unit(measure)}. {measure.question}"
 
 
 @dataclass(frozen=True)

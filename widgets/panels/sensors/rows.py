@@ -52,7 +52,7 @@ _DISABLED = Loss(None, "", "Disabled: no loss")
 CHOICE_TIP = "Click to choose the measure."
 TIPS = (
     "Tick: included in the scores. F2 or double-click: rename. Ctrl and Shift select several.",
-    "Channels of a LiDAR, horizontal field of view of a camera; * differs from the library",
+    "Channels of a LiDAR, horizontal field of view of a camera; * differs from the library.",
     CHOICE_TIP,
     "Locked sensors cannot be moved, edited or deleted.",
     "Shown or hidden in the view; the scores include it either way.",
