@@ -18,7 +18,7 @@ from riglens.app.window.settings import Settings
 from riglens.app.window.unexpected import failures_told
 from riglens.core.formats.report import OpenedRig
 from riglens.core.metric.scores import MetricSettings
-from riglens.core.sensing.kept import RAYS
+from riglens.core.sensing.kept import RAYS, SHADOWS
 from riglens.core.user_folders import config_folder, state_folder
 from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.widgets.panels.controls.style import apply_style, is_dark
@@ -59,6 +59,8 @@ def open_window(opened: OpenedRig, scene: SceneOptions, score: ScoreOptions) -> 
     window.session.set_body(score.body)
     freed = FreedMemory(lambda: document.is_dragging, window)
     window.bench.answers.answered.connect(freed.note)
+    for kept_answers in (RAYS, SHADOWS):  # 160 and 64 MB, of no use to another rig
+        document.opened.connect(kept_answers.forget)
     grace = Grace()
     with quit_on_interrupt(app) as interrupt, failures_told(window.bench.report_error, state_folder()):
         window.bench.closing.connect(

@@ -16,7 +16,7 @@ from riglens.core.kernels.rays.cast import Cast
 from riglens.core.kernels.runtime import codes
 from riglens.core.rig.library import Cylinder, body_of
 from riglens.core.rig.model import Sensor
-from riglens.core.sensing.kept import RAYS, KeptAnswers
+from riglens.core.sensing.kept import RAYS, SHADOWS
 from riglens.core.sensing.ray_tiles import is_image, tiled
 from riglens.core.sensing.rays import lattice
 from riglens.core.sensing.screens import screen_of
@@ -25,9 +25,6 @@ from riglens.core.sensors.lattice import Lattice
 from riglens.core.sensors.registry import kind_of
 from riglens.core.vehicle.solid import Barrier, Housing, Solid
 
-SHADOWS = KeptAnswers(64 << 20)
-"""Shadows on rays without straight rows: voxels, objects and all parts of a review are cut by the same one, that of a
-bent lens of 2.3 megapixels takes 6 MB."""
 NO_EMPTY_BOX = np.array([1.0, 1.0, 1.0, -1.0, -1.0, -1.0])
 """No place in which it makes no difference where a ray ends."""
 
