@@ -280,7 +280,6 @@ TrafficArguments = Annotated[SceneOptions, taken(SCENE, "boxes", *READING, "occl
 SceneArguments = Annotated[SceneOptions, taken(SCENE, "boxes", *GRID, *_STORED)]
 EverythingArguments = Annotated[SceneOptions, taken(SCENE, "boxes", *GRID, *_STORED, "occluders")]
 ScoreArguments = Annotated[ScoreOptions, taken(SCORE, "method", "reading", "camera_weight", *_RUN)]
-WeightArguments = Annotated[ScoreOptions, taken(SCORE, "camera_weight", "threads")]
 RunArguments = Annotated[ScoreOptions, taken(SCORE, *_RUN)]
 WindowArguments = Annotated[ScoreOptions, taken(SCORE, "camera_weight", *_RUN)]
 BodyArguments = Annotated[ScoreOptions, taken(SCORE, "body")]

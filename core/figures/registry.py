@@ -138,12 +138,6 @@ def voxel_heat_map(key: str) -> VoxelHeatMap | None:
     return next((heat for heat in voxel_heat_maps() if heat.key == key), None)
 
 
-def object_heat_map(key: str) -> ObjectHeatMap | None:
-    """Return the heatmap of objects with a key, None when there is none."""
-    found = heat_map_named(key)
-    return found if isinstance(found, ObjectHeatMap) else None
-
-
 def voxel_sets() -> tuple[VoxelSet, ...]:
     """Return the sets of voxels that a map from above can show: seen by any sensor, by those of each kind, and what
     heatmaps show besides."""

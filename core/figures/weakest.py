@@ -21,7 +21,6 @@ if TYPE_CHECKING:  # loads the compiler
 
 FEWEST = 30
 """Parts with fewer objects do not count: the standard error of their share may be more than 9 points. Our choice."""
-Found = tuple[NDArray[np.int64], NDArray[np.float64]]
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +29,6 @@ if TYPE_CHECKING:  # what draws is loaded with the first picture
     from riglens.widgets.theme import Palette
     from riglens.widgets.viewport.scene_state import SceneState
 
-Theme = Literal["dark", "light"]
 VIEWS = {
     "corner": ("iso", "The car from behind, with its sensors."),
     "top": ("top", "The car from above."),

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Literal
@@ -15,7 +13,7 @@ from riglens.core.rig.library import default_library, sensor_from_model
 from riglens.core.rig.model import Lidar, Rig
 from riglens.core.rig.presets import preset
 from riglens.core.simulate.settings import SimulationSettings
-from riglens.core.study.detection.protocol import Protocol, entrants
+from riglens.core.study.detection.protocol import Protocol
 from riglens.core.study.detection.published import LATER
 
 SEED = 20261123
@@ -166,15 +164,3 @@ def budgets(names: Sequence[str]) -> dict[str, list[int]]:
         ]
         for start in starts
     }
-
-
-def digest() -> str:
-    """Return the SHA-256 of everything that was fixed before the run: rigs and protocols of all parts."""
-    plain = {
-        arm: {
-            "protocol": how.as_dict(),
-            "rigs": [one.key for one in entrants(rigs_of(arm), how.kinds)],
-        }
-        for arm, how in PROTOCOLS.items()
-    }
-    return hashlib.sha256(json.dumps(plain, sort_keys=True).encode()).hexdigest()

@@ -6,8 +6,6 @@ every set of LiDARs meets every set of cameras without another net.
 
 from __future__ import annotations
 
-import hashlib
-import json
 from dataclasses import replace
 from typing import Literal
 
@@ -16,7 +14,7 @@ import numpy as np
 from riglens.core.rig.model import Camera, Rig
 from riglens.core.rig.presets import preset
 from riglens.core.simulate.settings import SimulationSettings
-from riglens.core.study.detection.protocol import Protocol, entrants
+from riglens.core.study.detection.protocol import Protocol
 from riglens.core.study.detection.second import MOUNTS, Place, rig_of, second_rigs
 
 SEED = 20261128
@@ -98,15 +96,3 @@ def with_cameras(lidars: Rig, name: str) -> Rig:
     """Return a LiDAR rig with a set of cameras."""
     both = (*lidars.sensors, *cameras_of(name))
     return lidars.model_copy(update={"name": f"{lidars.name}, {name}", "sensors": both})
-
-
-def digest() -> str:
-    """Return the SHA-256 of everything that was fixed before the run: rigs and protocols of all parts."""
-    plain: dict[str, object] = {
-        part: {
-            "protocol": how.as_dict(),
-            "rigs": [one.key for one in entrants(rigs_of_part(part), how.kinds)],
-        }
-        for part, how in PARTS.items()
-    }
-    return hashlib.sha256(json.dumps(plain, sort_keys=True).encode()).hexdigest()

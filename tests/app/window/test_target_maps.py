@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QComboBox
 
 from riglens.app.window.features.target_maps import COUNTING
 from riglens.core.figures.heatmaps import LOST_BEHIND_TRAFFIC, MISSED_OBJECTS, OF_TARGETS
-from riglens.core.figures.registry import object_heat_map
+from riglens.core.figures.registry import heat_map_named
 from riglens.widgets.heatmap.scale import bar_ticks
 from riglens.widgets.maps.ground_items import draw_ground_legend, ground_text, summary_of
 from riglens.widgets.theme import LIGHT_TONES
@@ -40,7 +40,7 @@ def test_the_heatmap_is_that_of_all_frames_with_unit_and_direction(
     data = desk.viewport.state.heatmap
     ground = desk.features.targets.answer.ground[0]
     assert data.unit == unit and data.note.startswith(f"{way} is better") and data.title.endswith(", car")
-    over = object_heat_map(mode).over(ground)
+    over = heat_map_named(mode).over(ground)
     assert np.array_equal(data.values, over.values[over.objects > 0].astype(np.float32))
     look = desk.viewport.state.heat_look
     ends = [tick.text for tick in bar_ticks(data, look)]
@@ -112,7 +112,7 @@ def test_the_map_of_road_users_has_a_legend(desk: FullDesk, mode: str) -> None:
     image = QImage(300, 30, QImage.Format.Format_RGB32)
     image.fill(QColor(LIGHT_TONES.panel))
     blank, painter = image.copy(), QPainter(image)
-    over = object_heat_map(mode).over(desk.features.targets.answer.ground[0])
+    over = heat_map_named(mode).over(desk.features.targets.answer.ground[0])
     draw_ground_legend(painter, QRectF(8.0, 4.0, 284.0, 22.0), over, LIGHT_TONES)
     painter.end()
     assert image != blank

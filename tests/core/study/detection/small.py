@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
+from collections.abc import Callable, Mapping, Sequence
+
 import numpy as np
 
 from riglens.core.detect.net import Machine
@@ -11,7 +15,7 @@ from riglens.core.rig.library import sensor_from_model
 from riglens.core.rig.model import Lidar, LinearAngles, Rig
 from riglens.core.scene.boxes import CLASSES, DataReport, FrameLabels, rotations_from_yaw
 from riglens.core.simulate.settings import SimulationSettings
-from riglens.core.study.detection.protocol import Protocol
+from riglens.core.study.detection.protocol import Protocol, entrants
 from riglens.core.targets.traffic import Traffic, traffic_of
 
 SEQUENCES, FRAMES_EACH = 8, 4
@@ -54,3 +58,15 @@ def rig(name: str, beams: int = 8, height_m: float = 2.0) -> Rig:
         azimuths_deg=LinearAngles(from_=-180.0, to=180.0, count=90),
     )
     return Rig(name=name, sensors=(lidar,))
+
+
+def digest(parts: Mapping[str, Protocol], rigs_of: Callable[[str], Sequence[Rig]]) -> str:
+    """The SHA-256 of everything that was fixed before a study: rigs and protocols of all parts."""
+    plain = {
+        part: {
+            "protocol": how.as_dict(),
+            "rigs": [one.key for one in entrants(rigs_of(part), how.kinds)],
+        }
+        for part, how in parts.items()
+    }
+    return hashlib.sha256(json.dumps(plain, sort_keys=True).encode()).hexdigest()

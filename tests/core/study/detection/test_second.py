@@ -17,18 +17,17 @@ from riglens.core.study.detection.second import (
     BUDGETS,
     PROTOCOLS,
     budgets,
-    digest,
     rigs_of,
     second_rigs,
 )
-from tests.core.study.detection.small import NOWHERE, PROTOCOL, rig, traffic
+from tests.core.study.detection.small import NOWHERE, PROTOCOL, digest, rig, traffic
 
 REGISTERED = Path(__file__).resolve().parents[4] / "docs" / "data" / "detection2-registered.md"
 
 
 def test_rigs_and_protocols_are_those_that_were_registered() -> None:
     text = REGISTERED.read_text(encoding="utf-8")
-    assert f"`{digest()}`" in text
+    assert f"`{digest(PROTOCOLS, rigs_of)}`" in text
     assert all(f"- {one.name}\n" in text for one in second_rigs())
 
 

@@ -14,19 +14,18 @@ from riglens.core.study.detection.protocol import entrants, train_frames
 from riglens.core.study.detection.third import (
     MEETING,
     PARTS,
-    digest,
     fused_lidars,
     rigs_of_part,
     with_cameras,
 )
-from tests.core.study.detection.small import NOWHERE, PROTOCOL, traffic
+from tests.core.study.detection.small import NOWHERE, PROTOCOL, digest, traffic
 
 REGISTERED = Path(__file__).resolve().parents[4] / "docs" / "data" / "detection3-registered.md"
 
 
 def test_rigs_and_protocols_are_those_that_were_registered() -> None:
     text = REGISTERED.read_text(encoding="utf-8")
-    assert f"`{digest()}`" in text
+    assert f"`{digest(PARTS, rigs_of_part)}`" in text
     assert all(f"- {one.name}\n" in text for one in rigs_of_part("lidars"))
 
 
