@@ -234,13 +234,13 @@ def _parameters(owner: str, usual: Any, how: Taken) -> Iterator[inspect.Paramete
         if said.metavar == ON_OFF:
             kind, said = Literal["on", "off"], said._replace(metavar="")
             default = "on" if default else "off"
-        hint = _annotated(kind, said, name, group, default)
+        hint = _annotated(kind, said, name, group)
         yield inspect.Parameter(
             f"{owner}_{name}", inspect.Parameter.KEYWORD_ONLY, default=default, annotation=hint
         )
 
 
-def _annotated(kind: Any, said: OptionHelp, name: str, group: Group | None, default: object) -> Any:
+def _annotated(kind: Any, said: OptionHelp, name: str, group: Group | None) -> Any:
     shown: Callable[[Any], str | None] = shown_default
     converter: Callable[..., Any] | None = whole_number if int in (kind, *get_args(kind)) else None
     if name == "voxel_m":

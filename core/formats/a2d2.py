@@ -38,9 +38,9 @@ def read(source: Source, mounting: Mounting) -> Rig:
     if "vehicle" in root:
         _take_box(root.item("vehicle"), mounting)
     for name, value in root.item("cameras").items() if "cameras" in root else ():
-        mounting.add("camera", name, _pose(value, notes), **_lens(value, name, notes))
+        mounting.add("camera", name, _pose(value), **_lens(value, name, notes))
     for name, value in root.item("lidars").items() if "lidars" in root else ():
-        mounting.add("lidar", name, _pose(value, notes), said="Velodyne VLP-16")
+        mounting.add("lidar", name, _pose(value), said="Velodyne VLP-16")
     notes.converted("views from their x and y axes to roll, pitch, yaw")
     return mounting.rig(f"A2D2 {source.name}")
 
@@ -65,7 +65,7 @@ def _take_box(vehicle: Value, mounting: Mounting) -> None:
     mounting.notes.read("size of the car, and its place around the origin, from ego-dimensions")
 
 
-def _pose(value: Value, notes: Notes) -> Matrix:
+def _pose(value: Value) -> Matrix:
     """Return the transform of a view: x along its x-axis, y in the plane of both axes, as the tutorial has it."""
     view = value.item("view")
     x, y = (np.array(view.item(f"{axis}-axis").vector()) for axis in "xy")

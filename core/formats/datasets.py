@@ -40,7 +40,7 @@ _FROM_LIDAR, _INTRINSIC = "lidar_to_camera", "camera_intrinsic"
 _CAMERA = re.compile(r"camera[0-9]{1,2}")
 
 
-def _lens(matrix: Value, name: str) -> dict[str, Any]:
+def _lens(matrix: Value) -> dict[str, Any]:
     """Return focal lengths and centre of a camera matrix: rows of 3 or 4 numbers, or 9 in a row."""
     rows = matrix.elements()
     if rows and rows[0].is_list:
@@ -69,7 +69,7 @@ def _read_once(source: Source, mounting: Mounting) -> Rig:
     notes, about = mounting.notes, source.json.get("meta_info")
     size = about.get("image_size") if about is not None and about.is_mapping else None
     for name, camera in _once_cameras(source).items():
-        lens = _lens(camera.item("cam_intrinsic"), name)
+        lens = _lens(camera.item("cam_intrinsic"))
         if size is not None:
             width, height = (side.whole(1, MAX_PIXELS) for side in size.elements(2))
             lens["image"] = width, height
@@ -98,7 +98,7 @@ def _read_zod(source: Source, mounting: Mounting) -> Rig:
     notes, camera = mounting.notes, source.json.item("FC")
     width, height = (side.whole(1, MAX_PIXELS) for side in camera.item("image_dimensions").elements(2))
     bend = camera.item("distortion")
-    lens = _lens(camera.item("intrinsics"), "FC") | {"image": (width, height)}
+    lens = _lens(camera.item("intrinsics")) | {"image": (width, height)}
     lens |= kannala_brandt(bend, bend.numbers(4), "FC", notes)
     mounting.add("camera", "FC", from_optical(rigid(camera.item("extrinsics"), "FC", notes)), **lens)
     if "lidar_extrinsics" in camera:
@@ -213,7 +213,7 @@ def _rotation_translation(root: Value, mounting: Mounting) -> Matrix:
 
 
 def _dair_lens(root: Value, mounting: Mounting) -> dict[str, Any]:
-    lens = _lens(root.item("cam_K"), "camera")
+    lens = _lens(root.item("cam_K"))
     has_size = "width" in root and "height" in root
     lens["image"] = root.image() if has_size else mounting.unknown_image("camera", (1920, 1080), lens)
     if "cam_D" not in root:
@@ -236,7 +236,7 @@ def _read_opv2v(source: Source, mounting: Mounting) -> Rig:
     for name, camera in root.items():
         if not _CAMERA.fullmatch(name):
             continue
-        lens = _lens(camera.item("intrinsic"), name)
+        lens = _lens(camera.item("intrinsic"))
         lens["image"] = mounting.unknown_image(name, (800, 600), lens)
         mounting.add("camera", name, ego_SE3_map @ map_pose(camera.item("cords")), **lens)
     mounting.add("lidar", "lidar", ego_SE3_map @ map_pose(root.item("lidar_pose")))

@@ -108,7 +108,7 @@ class Collection:
         worlds, channels = Worlds(traffic, self.settings), channels_of(self.rig, self.extras.pictures)
         tables = Tables(f"{self.rig.name} carla", self.rig, channels, scenes, worlds, poses, self.notes)
         write_tables(self.folder, tables)
-        self._write_boxes(traffic)
+        self._write_boxes()
         with atomic_write(self.folder / PLAN, "w") as stream:
             stream.write(json.dumps(self._plan(channels), indent=1) + "\n")
 
@@ -128,7 +128,7 @@ class Collection:
             np.concatenate([np.zeros((0, 3, 3)), *(truth.rotation for truth in truths)]),
         )
 
-    def _write_boxes(self, traffic: Traffic) -> None:
+    def _write_boxes(self) -> None:
         with atomic_write(self.folder / "boxes.csv", "w") as stream:
             writer = csv.writer(stream, lineterminator="\n")
             writer.writerow(BOX_COLUMNS)
