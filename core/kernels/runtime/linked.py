@@ -5,10 +5,11 @@ and optimises there again; a parallel loop is optimised four times. Most of that
 the time. Here, only what Python calls is made into machine code, when all that it calls is known. A large function is
 not optimised before it is linked either. A small one is: that takes little time, and its callers run up to a tenth
 faster. None of this changes a result: without fast-math, LLVM keeps every rounding. All of it holds while a kernel is
-compiled, under Numba's lock, and for no other function.
+compiled, under Numba's lock, and for no other function but Numba's own that a kernel calls.
 
-Python's search for unreachable cycles, which walks through all that Numba keeps, is made seldom meanwhile: it took a
-fifth of the time.
+Two thirds of the time is Numba's own Python, so passes that change no kernel are left out, options of functions are
+compared by what is set rather than by every default, and Python's search for unreachable cycles, which walks through
+all that Numba keeps, is made seldom.
 """
 
 from __future__ import annotations
@@ -20,7 +21,10 @@ from typing import Any
 
 import llvmlite.binding
 from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import CompilerBase, DefaultPassBuilder, Flags
 from numba.core.compiler_lock import global_compiler_lock
+from numba.core.compiler_machinery import PassManager
+from numba.core.dispatcher import _FunctionCompiler
 from numba.core.registry import CPUDispatcher
 from numba.core.sigutils import normalize_signature
 from numba.core.targetconfig import ConfigStack
@@ -32,6 +36,39 @@ which tilted cameras are cast fastest."""
 COLLECT_AFTER = 100_000
 """New objects after which Python looks for unreachable cycles while a kernel is compiled; at most 700 otherwise. Our
 choice."""
+
+NEEDLESS = frozenset(
+    (
+        "WithLifting",
+        "RewriteDynamicRaises",
+        "MakeFunctionToJitFunction",
+        "InlineInlinables",
+        "FindLiterallyCalls",
+        "LiteralUnroll",
+        "LiteralPropagationSubPipelinePass",
+        "InlineOverloads",
+        "NoPythonSupportedFeatureValidation",
+        "AnnotateTypes",
+        "DumpParforDiagnostics",
+    )
+)
+"""Passes for what no kernel has: contexts, closures, exceptions with values, functions inlined by Numba, literals that
+are asked for; checks of features, and reports."""
+
+
+class KernelCompiler(CompilerBase):  # type: ignore[misc]
+    """Numba's compiler without needless passes; it looks for branches that are never taken once, not three times."""
+
+    def define_pipelines(self) -> list[PassManager]:
+        manager, names = PassManager("kernel"), set[str]()
+        for one, description in DefaultPassBuilder.define_nopython_pipeline(self.state).passes:
+            if one.__name__ not in NEEDLESS and (
+                one.__name__ != "DeadBranchPrune" or one.__name__ not in names
+            ):
+                manager.add_pass(one, description)
+            names.add(one.__name__)
+        manager.finalize()
+        return [manager]
 
 
 def is_for_a_caller() -> bool:
@@ -50,6 +87,14 @@ class LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]
         if isinstance(library, LinkedLibrary) and not library._finalized:
             library.is_only_linked = True
         super().add_linking_library(library)
+
+    def _optimize_functions(self, module: Any) -> None:
+        """Optimise each function that has a body by the same passes; Numba makes new ones for every declaration."""
+        module.data_layout = self._codegen._data_layout
+        manager, builder = self._codegen._function_pass_manager()
+        for function in module.functions:
+            if not function.is_declaration:
+                manager.run(function, builder)
 
     def _optimize_final_module(self) -> None:
         if not self.is_only_linked or len(self._final_module.as_bitcode()) < SMALL_BYTES:
@@ -86,8 +131,7 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
     """Numba's dispatcher, which replaces code that is only linked when Python calls the kernel."""
 
     def __init__(self, *arguments: Any, **named: Any) -> None:
-        super().__init__(*arguments, **named)
-        self._compiler._customize_flags = _without_wrappers_for_a_caller
+        super().__init__(*arguments, pipeline_class=KernelCompiler, **named)
 
     def compile(self, sig: Any) -> Any:
         with global_compiler_lock, _linked_libraries():
@@ -104,15 +148,26 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
             super().add_overload(cres)
 
 
-def _without_wrappers_for_a_caller(flags: Any) -> Any:
-    if is_for_a_caller():
-        flags.no_cpython_wrapper = flags.no_cfunc_wrapper = True
-    return flags
+class KernelFlags(Flags):  # type: ignore[misc]
+    """Numba's options of a function, compared by what is set: its own look at every default, ten thousands of times."""
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Flags) and bool(self._values == other._values)
+
+    def __hash__(self) -> int:
+        return hash(frozenset(self._values))
+
+
+def _without_wrappers(_compiler: Any, flags: Flags) -> KernelFlags:
+    """Leave out what only C calls, and for a caller's function also what only Python calls."""
+    flags.no_cfunc_wrapper, flags.no_cpython_wrapper = True, is_for_a_caller()
+    return KernelFlags(flags)
 
 
 @contextmanager
 def _linked_libraries() -> Iterator[None]:
-    """Let Numba make `LinkedLibrary`s, and let functions without an address have no environment."""
+    """Let Numba make `LinkedLibrary`s, let functions without an address have no environment, and save what takes
+    time."""
     codegen = CPUDispatcher.targetdescr.target_context.codegen()
     if "set_env" in vars(codegen):
         yield
@@ -124,10 +179,12 @@ def _linked_libraries() -> Iterator[None]:
             set_env(name, environment)
 
     codegen._library_class, codegen.set_env = LinkedLibrary, set_if_defined
+    usual, _FunctionCompiler._customize_flags = _FunctionCompiler._customize_flags, _without_wrappers
     thresholds = gc.get_threshold()
     gc.set_threshold(COLLECT_AFTER, *thresholds[1:])
     try:
         yield
     finally:
         gc.set_threshold(*thresholds)
+        _FunctionCompiler._customize_flags = usual
         del codegen._library_class, codegen.set_env
