@@ -149,15 +149,9 @@ def _both(one: Tree, other: Tree) -> Tree:
 
 
 def _tree(corners: NDArray[np.float64]) -> Tree:
-    from riglens.core.kernels.body import solid as kernel  # the compiler, only when a ray is to be stopped
+    from riglens.core.vehicle.tree import tree_of  # the compiler, only when a ray is to be stopped
 
-    count = len(corners)
-    order = np.arange(count)
-    bounds, leaf = np.empty((2 * count + 1, 6)), np.empty((2 * count + 1, 2), np.int64)
-    skip = np.empty(2 * count + 1, np.int64)
-    low, high = corners.min(axis=1), corners.max(axis=1)
-    nodes = kernel.build_nodes(low, high, order, bounds, leaf, skip)
-    return kernel.Tree(corners[order], order, bounds[:nodes].copy(), leaf[:nodes].copy(), skip[:nodes].copy())
+    return tree_of(corners)
 
 
 @lru_cache(maxsize=2)

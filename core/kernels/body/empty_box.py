@@ -24,21 +24,30 @@ def _is_empty(words: np.ndarray, shape: np.ndarray, box: np.ndarray) -> bool:
 
 
 @inlined
+def _copy(one: np.ndarray, to: np.ndarray) -> None:
+    """Copy a box; a slice that is set to another takes a second to compile."""
+    for side in range(6):
+        to[side] = one[side]
+
+
+@inlined
 def _grow(
     words: np.ndarray, shape: np.ndarray, limits: np.ndarray, first: int, end: int, box: np.ndarray
 ) -> None:
     """Move the sides first..end-1 of an empty box outwards, a layer on each in turn, as long as it remains empty."""
-    grows, layer = np.ones(6, np.bool_), np.empty(6, np.int64)
-    while grows[first:end].any():
+    grows, layer, growing = np.ones(6, np.bool_), np.empty(6, np.int64), end - first
+    while growing > 0:
+        growing = 0
         for side in range(first, end):
             step, other = (1, side - 1) if side % 2 else (-1, side + 1)
             if not grows[side] or box[side] == limits[side]:
                 grows[side] = False
                 continue
-            layer[:] = box
+            _copy(box, layer)
             layer[side], layer[other] = box[side] + step, box[side]
             grows[side] = _is_empty(words, shape, layer)
             box[side] += step * grows[side]
+            growing += grows[side]
 
 
 @kernel
@@ -48,7 +57,8 @@ def grow_empty_box(words: np.ndarray, shape: np.ndarray, cell: np.ndarray, limit
     holds the cell; empty where the cell is set."""
     best, box, most = np.zeros(6, np.int64), np.empty(6, np.int64), 0
     for axis in range(-1, 3):
-        box[0::2], box[1::2] = cell, cell + 1
+        for along in range(3):
+            box[2 * along], box[2 * along + 1] = cell[along], cell[along] + 1
         if not _is_empty(words, shape, box):
             return best
         if axis >= 0:
@@ -56,7 +66,8 @@ def grow_empty_box(words: np.ndarray, shape: np.ndarray, cell: np.ndarray, limit
         _grow(words, shape, limits, 0, 6, box)
         size = (box[1] - box[0]) * (box[3] - box[2]) * (box[5] - box[4])
         if size > most:
-            best[:], most = box, size
+            _copy(box, best)
+            most = size
     return best
 
 

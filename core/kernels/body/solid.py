@@ -23,8 +23,6 @@ GROWN = 1e-6
 """Metres by which boxes are larger than their content: far more than the rounding of a ray's path."""
 EDGE = 1e-7
 """Share of its size by which a triangle extends beyond its corners: more than rounding along a shared edge."""
-LEAF = 4
-"""Triangles in a leaf of the tree at most."""
 BLOCK = 64
 """Rays that a worker takes in a row."""
 
@@ -125,45 +123,6 @@ def first_hit(
                     best = Hit(t, number, square)
         node += 1
     return best
-
-
-@kernel
-def build_nodes(
-    low: np.ndarray,
-    high: np.ndarray,
-    order: np.ndarray,
-    bounds: np.ndarray,
-    leaf: np.ndarray,
-    skip: np.ndarray,
-) -> int:
-    """Split triangles, given by the corners (t, 3) of their boxes, at the median along the longest side until few are
-    left. Writes their order (t,) by leaves, and the nodes (see `Tree`; 2 t + 1 are room enough); returns their number.
-    """
-    stack = np.empty((64, 2), np.int64)
-    stack[0, 0], stack[0, 1] = 0, order.size
-    waiting, count = (1 if order.size > 0 else 0), 0
-    while waiting > 0:
-        waiting -= 1
-        first, end = stack[waiting, 0], stack[waiting, 1]
-        chosen = order[first:end]
-        for axis in range(3):
-            bounds[count, axis] = low[chosen, axis].min() - GROWN
-            bounds[count, 3 + axis] = high[chosen, axis].max() + GROWN
-        leaf[count, 0], leaf[count, 1] = first, 0
-        if end - first <= LEAF:
-            leaf[count, 1] = end - first
-        else:
-            axis = int(np.argmax(bounds[count, 3:] - bounds[count, :3]))
-            middle = low[chosen, axis] + high[chosen, axis]
-            order[first:end] = chosen[np.argsort(middle, kind="mergesort")]
-            half = (first + end) // 2
-            stack[waiting, 0], stack[waiting, 1] = half, end
-            stack[waiting + 1, 0], stack[waiting + 1, 1] = first, half
-            waiting += 2
-        count += 1
-    for node in range(count - 1, -1, -1):
-        skip[node] = node + 1 if leaf[node, 1] > 0 else skip[skip[node + 1]]
-    return count
 
 
 @kernel
