@@ -24,10 +24,11 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder, Flags
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.compiler_machinery import PassManager
-from numba.core.dispatcher import _FunctionCompiler
+from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]
 from numba.core.registry import CPUDispatcher
 from numba.core.sigutils import normalize_signature
 from numba.core.targetconfig import ConfigStack
+from numba.core.types.misc import unliteral
 
 SMALL_BYTES = 30_000
 """Bitcode from which on a function is large, about a thousand instructions. Our choice: the limit, of six tried, at
@@ -128,18 +129,19 @@ class LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]
 
 
 class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
-    """Numba's dispatcher, which replaces code that is only linked when Python calls the kernel."""
+    """Numba's dispatcher, which replaces code that is only linked when Python calls the kernel, and compiles no code of
+    its own for every number that a caller writes as an argument: LLVM does where it inlines."""
 
     def __init__(self, *arguments: Any, **named: Any) -> None:
         super().__init__(*arguments, pipeline_class=KernelCompiler, **named)
 
     def compile(self, sig: Any) -> Any:
         with global_compiler_lock, _linked_libraries():
-            types = tuple(normalize_signature(sig)[0])
+            types = tuple(unliteral(one) for one in normalize_signature(sig)[0])
             known = self.overloads.get(types)
             if known is not None and known.library.is_only_linked and not is_for_a_caller():
                 del self.overloads[types]
-            return super().compile(sig)
+            return super().compile(types)
 
     def add_overload(self, cres: Any) -> None:
         if cres.library.is_only_linked:  # then Python does not find it
