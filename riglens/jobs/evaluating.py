@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from riglens.core.engine.engine import evaluate_from_scratch
-from riglens.core.engine.warm_up import WARM_UP
+from riglens.core.engine.warm_up import tiny_field
 from riglens.core.figures.evaluated import Evaluated, EvaluationSettings
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.monitor import SILENT, Monitor
@@ -25,9 +25,9 @@ def evaluated_rigs(
     with_seen: bool = False,
 ) -> list[Evaluated]:
     """Return what is known of rigs, in their order: of voxels and, where there is traffic, of the objects in `sample`
-    frames (all). Kernels are loaded before, so that no time includes it."""
-    found = evaluate_from_scratch(field, [WARM_UP, *rigs], settings.metric, threads, with_seen)
-    next(found)
+    frames (all). Kernels of these rigs are loaded before, on a tiny field, so that no time includes it."""
+    list(evaluate_from_scratch(tiny_field(), rigs, settings.metric, threads, with_seen))
+    found = evaluate_from_scratch(field, rigs, settings.metric, threads, with_seen)
     if traffic is not None:
         warm_up(threads)
     evaluated = list[Evaluated]()
