@@ -7,7 +7,6 @@ window can show how many are ready.
 
 from __future__ import annotations
 
-import gc
 import sys
 from collections.abc import Callable, Mapping, Sequence
 
@@ -51,9 +50,6 @@ from riglens.evaluation.requests import EvaluationRequest
 from riglens.evaluation.scoring import Scoring, load_scene
 
 LOWEST_PRIORITY = 19
-GARBAGE_AFTER = 100_000
-"""New objects before garbage is looked for: a compiler makes many and drops few, and looking took a tenth of the
-time."""
 RIG = Rig(sensors=(*ON_THE_CAR.sensors, WARM_UP.sensors[1]))
 """Two LiDARs and a camera, close enough to the car that it stops some of their rays."""
 MOVED = RIG.with_sensor(RIG.sensors[0].name, RIG.sensors[0].replace(position=(0.1, 0.0, 1.7)))
@@ -163,7 +159,6 @@ def compile_steps(steps: Sequence[str]) -> None:
 
 
 def _main(arguments: list[str]) -> None:
-    gc.set_threshold(GARBAGE_AFTER)
     if FANS_FIRST in arguments and not are_fans_compiled():
         compile_fans(tiny_field())
     psutil.Process().nice(getattr(psutil, "IDLE_PRIORITY_CLASS", LOWEST_PRIORITY))
