@@ -1,5 +1,4 @@
-"""Compile kernels in other processes: the slowest one during the first load, then those that the open rig does not
-need."""
+"""Compile kernels in other processes: half of what the open rig needs during the first load, then all others."""
 
 from __future__ import annotations
 
@@ -37,23 +36,23 @@ class OtherKernels:
         for share, steps in enumerate(shares_of(os.cpu_count() or 1)):
             self._start(share, steps)
 
-    def begin_beside(self) -> None:
-        """Start the first share at once, with fans first, where there is a second processor and they are not on
-        disk."""
-        from riglens.core.engine.warm_up import are_fans_compiled
-        from riglens.evaluation.kernel_steps import FANS_FIRST, shares_of  # as above
+    def begin_beside(self, half: str) -> None:
+        """Start the first share at once, with half of what the open rig needs first, where there is a second processor
+        and it is not on disk."""
+        from riglens.core.engine.warm_up import is_compiled
+        from riglens.evaluation.kernel_steps import first, shares_of  # as above
 
         processors = os.cpu_count() or 1
-        if processors > 1 and not are_fans_compiled():
-            self._start(0, (FANS_FIRST, *shares_of(processors)[0]))
+        if processors > 1 and not is_compiled(half):
+            self._start(0, (first(half), *shares_of(processors)[0]))
 
-    def wait_for_fans(
-        self, is_unwanted: Callable[[], bool], sleep: Callable[[float], None] = time.sleep
+    def wait_for(
+        self, half: str, is_unwanted: Callable[[], bool], sleep: Callable[[float], None] = time.sleep
     ) -> None:
-        """Block until the process has written the fans to disk, has exited, or is no longer needed."""
-        from riglens.core.engine.warm_up import are_fans_compiled  # as above
+        """Block until the process has written its half to disk, has exited, or is no longer needed."""
+        from riglens.core.engine.warm_up import is_compiled  # as above
 
-        while self.is_running and not are_fans_compiled() and not is_unwanted():
+        while self.is_running and not is_compiled(half) and not is_unwanted():
             sleep(LOOK_S)
 
     def _start(self, share: int, arguments: Sequence[str]) -> None:

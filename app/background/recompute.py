@@ -182,11 +182,11 @@ class Recompute(QObject):
     def _loaded(self, request: SceneOptions, job: Job[Request]) -> Scoring:
         from riglens.evaluation.scoring import Scoring, load_scene  # loads the compiler
 
-        self._compile_beside()
+        half = self._compile_beside()
         scene = (self._loader or load_scene)(request, partial(self._report_progress, job))
         self._stop_if_stale(job)
         scoring = Scoring(scene, self._threads, self._coarse_above_ms)
-        self._warm_up(scene, job)
+        self._warm_up(scene, half, job)
         return scoring
 
     def _evaluate_last_again(self) -> None:
@@ -196,25 +196,27 @@ class Recompute(QObject):
             if self._last is not None and self._queue.waiting(Priority.EDIT) is None:
                 self._queue.put(self._last)
 
-    def _compile_beside(self) -> None:
-        """Let another process compile the slowest kernel during the first load."""
-        if self._is_warm or self._others is None:
-            return
-        from riglens.core.engine.warm_up import needs_fans
+    def _compile_beside(self) -> str | None:
+        """Let another process compile half of what the open rig needs during the first load; return which."""
+        if self._is_warm or self._others is None or self._last is None:
+            return None
+        from riglens.core.engine.warm_up import halves_of
 
-        if self._last is not None and needs_fans(self._last.rig):
-            self._others.begin_beside()
+        half = halves_of(self._last.rig)
+        if half is not None:
+            self._others.begin_beside(half)
+        return half
 
-    def _warm_up(self, scene: LoadedScene, job: Job[Request]) -> None:
+    def _warm_up(self, scene: LoadedScene, half: str | None, job: Job[Request]) -> None:
         """Compile the kernels of the open rig before the first result of this process; later scenes reuse them."""
         if self._is_warm:
             return
-        from riglens.core.engine.warm_up import compile_sums, warm_up
+        from riglens.core.engine.warm_up import HALVES, warm_up
 
         self.load_preparing.emit()
-        if self._others is not None and self._others.is_running:
-            compile_sums(scene.field)
-            self._others.wait_for_fans(lambda: self._queue.is_stale(job))
+        if half is not None and self._others is not None and self._others.is_running:
+            HALVES[half].here(scene.field)
+            self._others.wait_for(half, lambda: self._queue.is_stale(job))
             self._stop_if_stale(job)
         last = self._last
         if last is None or last.rig.vehicle.has_mesh_file:  # a mesh is read with the first answer

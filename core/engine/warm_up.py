@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from functools import singledispatch
+from typing import NamedTuple
 
 import numpy as np
 
+from riglens.core.engine.blocking import blocked
 from riglens.core.engine.caster import Caster
 from riglens.core.engine.engine import Engine
 from riglens.core.engine.fans import has_few, make_fan, make_profile
@@ -16,7 +19,7 @@ from riglens.core.kernels.fans.leftover_rays import mark_alone
 from riglens.core.kernels.fans.planes import Fan
 from riglens.core.kernels.fans.profile import Profile
 from riglens.core.kernels.rays.cast import Cast
-from riglens.core.kernels.runtime.jit import FOLDER
+from riglens.core.kernels.runtime.jit import FOLDER, use_threads
 from riglens.core.kernels.voxels import update_coverage
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import MetricSettings
@@ -25,8 +28,10 @@ from riglens.core.scene.boxes import CLASSES, DataReport
 from riglens.core.scene.columns import VoxelIndex, pack, words_per_column
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Pog
+from riglens.core.sensing.body_ends import barrier_of
 from riglens.core.sensing.rays import is_listed
 from riglens.core.sensors.registry import kind_names
+from riglens.core.vehicle.solid import solid_of
 
 WARM_UP = Rig(
     sensors=(
@@ -52,8 +57,6 @@ BENT = Camera(
     distortion=BrownConrady(k1=-0.1),
 )  # fmt: skip
 """A lens with distortion: not every rig has one, so only the process that compiles every kernel does this one too."""
-FANS = f"fans-{FOLDER.sources.digest_of('fans.fan')}-{sys.implementation.cache_tag}"
-
 ON_THE_CAR = Rig(
     sensors=(
         Lidar(name="lidar", position=(0.0, 0.0, 1.7), elevations_deg=(-60.0, 0.0), azimuths_deg=(0.0,)),
@@ -117,8 +120,7 @@ def _have_planes(lidar: Lidar) -> bool:
 
 
 def compile_fans(field: EntropyField) -> None:
-    """Compile to disk the walk over the planes of a fan, and over single rays: more than half of what the usual rig
-    needs."""
+    """Compile the walk over the planes of a fan, and over single rays: more than half of what the usual rig needs."""
     fan, rays = _least_fan(field)
     depth = words_per_column(field.grid)
     nothing = Profile(np.array([np.inf]), np.zeros(0, np.int32), np.zeros((1, depth), np.uint64), 0)
@@ -126,7 +128,6 @@ def compile_fans(field: EntropyField) -> None:
     none, left = np.zeros(1, np.int64), np.empty((1, 1, 6), np.int32)
     mark_fan(fan, rays, nothing, None, 0, np.zeros((1, 2), np.int64), none, left, none.copy(), marks)
     mark_alone(rays, left, none, marks)
-    FOLDER.write(FANS, b"")
 
 
 def compile_sums(field: EntropyField) -> None:
@@ -143,15 +144,63 @@ def compile_sums(field: EntropyField) -> None:
     update_coverage.settle(stack, union, field.index.words, slots, kinds, region, field.entropies, 1)
 
 
+def compile_cameras(field: EntropyField) -> None:
+    """Compile what cameras that roll or pitch need, where the car's body stops rays too."""
+    caster, camera = Caster(field, use_threads(None)), ON_THE_CAR.sensors[1]
+    marks, barrier = (
+        np.zeros(field.index.words.size, np.uint64),
+        barrier_of(camera, solid_of(ON_THE_CAR.vehicle)),
+    )
+    caster.mark(camera.replace(cast=(256, 256)), "exact", caster.window(camera), marks)
+    blocked(caster.rays(camera, "exact"), field, camera, "exact", barrier, caster.workers)
+
+
+def compile_walk(field: EntropyField) -> None:
+    """Compile what else a rig of tilted sensors needs: the walk along rays, close together or alone, and the sums."""
+    close = LinearAngles(from_=0.0, to=60.0, count=1000)
+    rig = Rig(sensors=(WARM_UP.sensors[0].replace(rpy_deg=(0.0, 5.0, 0.0), azimuths_deg=close),))
+    engine = Engine(field, for_edits=False)
+    for settings in (MetricSettings(), MetricSettings(method="bresenham")):  # which walks each ray
+        engine.evaluate(rig, settings, with_seen=False)
+
+
+class Halves(NamedTuple):
+    """Halves of what a rig's first score needs: `beside` is compiled by another process, `here` meanwhile."""
+
+    beside: Callable[[EntropyField], None]
+    here: Callable[[EntropyField], None]
+
+
+HALVES = {"fans": Halves(compile_fans, compile_sums), "cameras": Halves(compile_cameras, compile_walk)}
+
+
+def halves_of(rig: Rig) -> str | None:
+    """Return the name of the halves that serve a rig; None where there is too little to share."""
+    if needs_fans(rig):
+        return "fans"
+    return "cameras" if rig.enabled_cameras() else None
+
+
+def compile_beside(name: str) -> None:
+    """Compile the half of another process to disk, and say that it is there."""
+    HALVES[name].beside(tiny_field())
+    FOLDER.write(mark_of(name), b"")
+
+
+def is_compiled(name: str) -> bool:
+    """Return whether a process has compiled its half for these sources before."""
+    return FOLDER.read(mark_of(name)) is not None
+
+
+def mark_of(name: str) -> str:
+    """Return the name of the file that says so."""
+    return f"half-{name}-{FOLDER.sources.digest}-{sys.implementation.cache_tag}"
+
+
 def _least_fan(field: EntropyField) -> tuple[Fan, Cast]:
     """Return the fan of a LiDAR with one ray, and the ray."""
     rays = Caster(field).rays(WARM_UP.sensors[0], "exact")
     return make_fan(rays), rays
-
-
-def are_fans_compiled() -> bool:
-    """Return whether a process has compiled the walk through planes for these sources before."""
-    return FOLDER.read(FANS) is not None
 
 
 def tiny_field(voxel_m: float = 1.0) -> EntropyField:

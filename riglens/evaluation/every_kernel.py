@@ -18,10 +18,11 @@ from riglens.core.engine.audit import audit
 from riglens.core.engine.engine import Engine
 from riglens.core.engine.warm_up import (
     BENT,
+    HALVES,
     ON_THE_CAR,
     WARM_UP,
-    are_fans_compiled,
-    compile_fans,
+    compile_beside,
+    is_compiled,
     tiny_field,
     warm_up,
 )
@@ -44,7 +45,7 @@ from riglens.core.vehicle.solid import solid_of
 from riglens.core.view.camera_picture import camera_picture
 from riglens.core.view.frame_scene import frame_scene, why_missed
 from riglens.core.view.frames import FrameBoxes
-from riglens.evaluation.kernel_steps import FANS_FIRST, STEPS, is_done, mark_done
+from riglens.evaluation.kernel_steps import STEPS, first, is_done, mark_done
 from riglens.evaluation.options import SceneOptions
 from riglens.evaluation.requests import EvaluationRequest
 from riglens.evaluation.scoring import Scoring, load_scene
@@ -159,8 +160,9 @@ def compile_steps(steps: Sequence[str]) -> None:
 
 
 def _main(arguments: list[str]) -> None:
-    if FANS_FIRST in arguments and not are_fans_compiled():
-        compile_fans(tiny_field())
+    for half in HALVES:
+        if first(half) in arguments and not is_compiled(half):
+            compile_beside(half)
     psutil.Process().nice(getattr(psutil, "IDLE_PRIORITY_CLASS", LOWEST_PRIORITY))
     compile_steps([step for step in STEPS if step in arguments])
 

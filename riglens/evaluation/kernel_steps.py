@@ -22,8 +22,11 @@ STEPS = (
 """In the order in which a new user is likely to need them; `every_kernel` has a function for each."""
 APART = ("points", "beams", "lenses")
 """Steps of a second process: half of the work, with few kernels in common with the others."""
-FANS_FIRST = "--fans-first"
-"""Begins, at the usual priority, with the one kernel that takes longest."""
+
+
+def first(half: str) -> str:
+    """Return the argument of a process that begins, at the usual priority, with half of what the open rig needs."""
+    return f"--{half}-first"
 
 
 def shares_of(processors: int) -> tuple[tuple[str, ...], ...]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numba
 import pytest
@@ -12,11 +13,17 @@ import pytest
 from riglens.app.background import compiling
 from riglens.app.background.compiling import OtherKernels
 from riglens.core.engine import warm_up
+from riglens.core.kernels.body.shadow import find_ends
+from riglens.core.kernels.cameras.frustum import mark_frustum
 from riglens.core.kernels.fans.fan import mark_fan
 from riglens.core.kernels.fans.profile import find_stays, masks_of
+from riglens.core.kernels.rays.cast import mark_rays
+from riglens.core.kernels.rays.strides import mark_strides
 from riglens.core.kernels.runtime.compiled import KernelFolder
 from riglens.core.kernels.voxels import update_coverage
+from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.model import Rig
+from riglens.core.rig.presets import preset
 from riglens.evaluation import every_kernel, kernel_steps
 
 LONG = (sys.executable, "-c", "import time; time.sleep(600)")
@@ -61,23 +68,24 @@ def test_a_process_that_cannot_be_started_costs_nothing() -> None:
     assert not others.is_running
 
 
-def test_fans_are_compiled_beside_the_first_load_and_the_process_goes_on(
-    folder: KernelFolder, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("half", warm_up.HALVES)
+def test_half_is_compiled_beside_the_first_load_and_the_process_goes_on(
+    folder: KernelFolder, monkeypatch: pytest.MonkeyPatch, half: str
 ) -> None:
     monkeypatch.setattr(compiling.os, "cpu_count", lambda: 2)
     others = OtherKernels(LONG)
-    others.begin_beside()
+    others.begin_beside(half)
     first = others._processes[0]
     assert first is not None
-    assert first.args == [*LONG, kernel_steps.FANS_FIRST, *kernel_steps.shares_of(2)[0]]
+    assert first.args == [*LONG, kernel_steps.first(half), *kernel_steps.shares_of(2)[0]]
     looks: list[float] = []
 
     def sleep(seconds: float) -> None:
         looks.append(seconds)
         if len(looks) == 3:
-            folder.write(warm_up.FANS, b"")
+            folder.write(warm_up.mark_of(half), b"")
 
-    others.wait_for_fans(lambda: False, sleep)
+    others.wait_for(half, lambda: False, sleep)
     assert looks == [compiling.LOOK_S] * 3
     others.begin()
     second = others._processes[1]
@@ -87,41 +95,55 @@ def test_fans_are_compiled_beside_the_first_load_and_the_process_goes_on(
     assert first.poll() is not None and second.poll() is not None
 
 
-def test_nobody_waits_for_fans_that_are_unwanted_or_never_come(
+def test_nobody_waits_for_a_half_that_are_unwanted_or_never_come(
     folder: KernelFolder, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(compiling.os, "cpu_count", lambda: 2)
     others = OtherKernels(LONG)
-    others.begin_beside()
-    others.wait_for_fans(lambda: True, pytest.fail)
+    others.begin_beside("fans")
+    others.wait_for("fans", lambda: True, pytest.fail)
     others.close()
-    others.wait_for_fans(lambda: False, pytest.fail)
+    others.wait_for("fans", lambda: False, pytest.fail)
 
 
 @pytest.mark.parametrize("cpus, on_disk", [(1, False), (2, True)])
-def test_fans_are_not_compiled_beside_on_one_processor_or_when_they_are_there(
+def test_nothing_is_compiled_beside_on_one_processor_or_when_they_are_there(
     folder: KernelFolder, monkeypatch: pytest.MonkeyPatch, cpus: int, on_disk: bool
 ) -> None:
     monkeypatch.setattr(compiling.os, "cpu_count", lambda: cpus)
     if on_disk:
-        folder.write(warm_up.FANS, b"")
+        folder.write(warm_up.mark_of("fans"), b"")
     others = OtherKernels(LONG)
-    others.begin_beside()
+    others.begin_beside("fans")
     assert not others.is_running
 
 
-def test_what_is_compiled_ahead_is_what_an_evaluation_calls(monkeypatch: pytest.MonkeyPatch) -> None:
+UPRIGHT, TILTED = Rig(sensors=(warm_up.WARM_UP.sensors[0],)), preset("nuScenes car")
+
+
+@pytest.mark.parametrize(
+    ("half", "rig", "kernels"),
+    [
+        ("fans", UPRIGHT, (mark_fan, find_stays, masks_of, update_coverage.settle)),
+        (
+            "cameras",
+            TILTED,
+            (mark_frustum, find_ends, mark_strides, mark_rays, mark_fan, update_coverage.settle),
+        ),
+    ],
+)
+def test_what_is_compiled_ahead_is_what_an_evaluation_calls(
+    monkeypatch: pytest.MonkeyPatch, half: str, rig: Rig, kernels: tuple[Any, ...]
+) -> None:
     """Another type of an argument would be compiled for nothing, and the right one again."""
     monkeypatch.setattr(warm_up, "FOLDER", KernelFolder())
     monkeypatch.setattr(KernelFolder, "write", lambda *_: None)
     field = warm_up.tiny_field()
-    upright = Rig(sensors=(warm_up.WARM_UP.sensors[0],))
-    assert warm_up.needs_fans(upright) and not warm_up.needs_fans(Rig(sensors=(warm_up.BENT,)))
-    warm_up.warm_up(field, 1, upright)
-    kernels = (mark_fan, find_stays, masks_of, update_coverage.settle)
+    assert warm_up.halves_of(rig) == half
+    warm_up.warm_up(field, 2, rig, MetricSettings(body="blocks"))
     before = [set(kernel.signatures) for kernel in kernels]
-    warm_up.compile_fans(field)
-    warm_up.compile_sums(field)
+    for compile_half in warm_up.HALVES[half]:
+        compile_half(field)
     assert [set(kernel.signatures) for kernel in kernels] == before
 
 

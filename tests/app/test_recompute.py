@@ -170,8 +170,8 @@ def test_the_open_rig_is_compiled_first_and_all_else_after_its_answer(
         def begin(self) -> None:
             done.append("others")
 
-        def begin_beside(self) -> None:
-            done.append("fans beside")
+        def begin_beside(self, half: str) -> None:
+            done.append(f"{half} beside")
 
     def warm_up(field: object, threads: object, rig: Rig, settings: object = None) -> None:
         done.append(f"warm up {len(rig.sensors)}")
