@@ -103,7 +103,20 @@ def detect(source: Source) -> Format:
         )
     if not source.is_folder and source.suffix not in FOREIGN_ENDINGS and not _is_other_yaml(source):
         return RIGLENS
+    inside = _rig_inside(source) if source.is_folder else None
+    if inside is not None:
+        raise InputError(f"{source.where}: a folder; name the rig in it, such as {inside.path.name}")
     raise InputError(f"{source.where}: not a rig in a known format (known: {', '.join(readable())})")
+
+
+_MOST_TRIED = 16
+
+
+def _rig_inside(folder: Source) -> Source | None:
+    """Return the first file of a folder that is a rig of a known format, None without one."""
+    paths = sorted(path for path in folder.path.iterdir() if path.suffix in endings() and path.is_file())
+    files = map(folder.another, paths[:_MOST_TRIED])
+    return next((one for one in files if any(known.fits(one) for known in formats().values())), None)
 
 
 def _is_other_yaml(source: Source) -> bool:

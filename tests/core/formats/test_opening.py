@@ -81,6 +81,13 @@ def test_what_is_no_rig_is_refused_in_one_line(tmp_path: Path) -> None:
         open_rig(tmp_path / "b.yaml")
 
 
+def test_a_folder_that_holds_a_rig_is_refused_with_the_name_of_its_file(tmp_path: Path) -> None:
+    (tmp_path / "notes.yaml").write_text("lidars: [front]\n", encoding="utf-8")
+    (tmp_path / "own.yaml").write_text("riglens: 1\nname: own\nsensors: []\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"name the rig in it, such as own\.yaml"):
+        open_rig(tmp_path)
+
+
 def test_a_robot_whose_mounts_are_elsewhere_is_refused_with_the_way_to_its_places(tmp_path: Path) -> None:
     """Clearpath's robot.yaml: its parents are frames of descriptions in ROS packages."""
     (tmp_path / "robot.yaml").write_text(
