@@ -48,7 +48,7 @@ from riglens.evaluation.options import SceneOptions, ScoreOptions
 from tests.bench.peak import MEGABYTE
 
 EVERY = 100
-LIMIT_MB, GROWTH = 1500, 1.05
+LIMIT_MB, GROWTH = 1400, 1.05
 """What the window may hold in the end, and how much more in the last quarter than in the one before, in the mean."""
 LONGEST_S = 30.0
 """The most that figures are waited for before memory is written down."""

@@ -12,6 +12,9 @@ from PySide6.QtCore import QObject, QTimer
 
 ARENAS, M_ARENA_MAX = 2, -8
 """Pools of memory for all threads, else eight for each processor that fill one after another; `mallopt` of glibc."""
+OWN_PAGES_BYTES, M_MMAP_THRESHOLD = 2 << 20, -3
+"""From this size on memory has pages of its own, which go back as soon as it is freed; else the C library raises the
+limit to 32 MB, and what is freed stays between what is not."""
 WAIT_MS = 5000
 """From the first answer after the last time; during a drag once more."""
 
@@ -41,6 +44,7 @@ def share_memory() -> None:
     """Have threads share few pools of memory, where the C library makes many; for those that are yet to start."""
     if sys.platform == "linux" and hasattr(library := ctypes.CDLL(None), "mallopt"):
         library.mallopt(M_ARENA_MAX, ARENAS)
+        library.mallopt(M_MMAP_THRESHOLD, OWN_PAGES_BYTES)
 
 
 def trim() -> None:
