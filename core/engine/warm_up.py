@@ -13,7 +13,6 @@ from riglens.core.engine.blocking import blocked
 from riglens.core.engine.caster import Caster
 from riglens.core.engine.engine import Engine
 from riglens.core.engine.fans import has_few, make_fan, make_profile
-from riglens.core.engine.sheets import FEWEST_RAYS
 from riglens.core.kernels.fans.fan import mark_fan, work_by_row
 from riglens.core.kernels.fans.leftover_rays import mark_alone
 from riglens.core.kernels.fans.planes import Fan
@@ -41,7 +40,7 @@ WARM_UP = Rig(
             position=(0.0, 0.0, 2.0),
             rpy_deg=(0.0, 5.0, 0.0),
             elevations_deg=(0.0,),
-            azimuths_deg=LinearAngles(from_=0.0, to=60.0, count=FEWEST_RAYS),
+            azimuths_deg=LinearAngles(from_=0.0, to=60.0, count=1000),
         ),
         Camera(name="camera", position=(0.0, 0.0, 2.0), hfov_deg=90.0, cast=(1, 1)),
         Camera(
@@ -157,11 +156,9 @@ def compile_cameras(field: EntropyField) -> None:
 
 def compile_walk(field: EntropyField) -> None:
     """Compile what else a rig of tilted sensors needs: the walk along rays, close together or alone, and the sums."""
-    close = LinearAngles(from_=0.0, to=60.0, count=1000)
-    rig = Rig(sensors=(WARM_UP.sensors[0].replace(rpy_deg=(0.0, 5.0, 0.0), azimuths_deg=close),))
     engine = Engine(field, for_edits=False)
     for settings in (MetricSettings(), MetricSettings(method="bresenham")):  # which walks each ray
-        engine.evaluate(rig, settings, with_seen=False)
+        engine.evaluate(Rig(sensors=WARM_UP.sensors[1:2]), settings, with_seen=False)
 
 
 class Halves(NamedTuple):
