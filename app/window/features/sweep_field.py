@@ -76,6 +76,8 @@ class SweepField(Feature):
             return None
         if edit.value is None or path is None or not edit.isEnabled() or len(names) > 1:
             return None
+        if not edit.isVisibleTo(self.bench.panels.inspector):  # of the form of what was selected before
+            return None
         rig, owner = self.session.working_rig, names[0] if names else None
         if owner is None:
             if path[0] != VEHICLE:

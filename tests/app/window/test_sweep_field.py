@@ -103,6 +103,10 @@ def test_there_is_no_sweep_without_a_value_or_objects(desk, feature, targets):
     edit.setEnabled(True)
     document.choose(tuple(names[:2]))
     assert not entry(feature, field(desk, "z")).isEnabled()
+    document.select(names[0])
+    inspector = desk.workbench.panels.inspector
+    hidden = [one for one in inspector.findChildren(NumberEdit) if not one.isVisibleTo(inspector)]
+    assert hidden and not any(entry(feature, one).isEnabled() for one in hidden)
 
 
 def test_the_keys_move_along_the_curve(qtbot):
