@@ -12,9 +12,10 @@ from PySide6.QtCore import QObject, QTimer
 
 ARENAS, M_ARENA_MAX = 2, -8
 """Pools of memory for all threads, else eight for each processor that fill one after another; `mallopt` of glibc."""
-OWN_PAGES_BYTES, M_MMAP_THRESHOLD = 2 << 20, -3
+OWN_PAGES_BYTES, M_MMAP_THRESHOLD = 8 << 20, -3
 """From this size on memory has pages of its own, which go back as soon as it is freed; else the C library raises the
-limit to 32 MB, and what is freed stays between what is not."""
+limit to 32 MB, and what is freed stays between what is not. New pages cost 0.15 ms a megabyte, so that arrays of a
+drag have none."""
 WAIT_MS = 5000
 """From the first answer after the last time; during a drag once more."""
 
