@@ -89,14 +89,6 @@ class LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]
             library.is_only_linked = True
         super().add_linking_library(library)
 
-    def _optimize_functions(self, module: Any) -> None:
-        """Optimise each function that has a body by the same passes; Numba makes new ones for every declaration."""
-        module.data_layout = self._codegen._data_layout
-        manager, builder = self._codegen._function_pass_manager()
-        for function in module.functions:
-            if not function.is_declaration:
-                manager.run(function, builder)
-
     def _optimize_final_module(self) -> None:
         if not self.is_only_linked or len(self._final_module.as_bitcode()) < SMALL_BYTES:
             super()._optimize_final_module()
