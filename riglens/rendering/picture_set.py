@@ -166,7 +166,9 @@ def _shots(state: SceneState, monitor: Monitor) -> Iterator[Shot]:
         lens = through(camera)
         if lens is not None:
             width, height = camera.image
-            caption = f"What {visible(camera.name)} sees: {width} × {height} px."
+            limits = ", ".join(f"{limit:g}" for limit in state.ray_look.px_per_m)
+            bands = f", with bands down to {limits} px/m" if state.shows_footprints else ""
+            caption = f"What {visible(camera.name)} sees: {width} × {height} px{bands}."
             seen = replace(state, hidden=state.hidden - {camera.name}).seen_by(camera.name, lens)
             yield Shot(f"camera-{_file_name(camera.name)}", caption, seen, camera)
 

@@ -34,6 +34,7 @@ from riglens.widgets.viewport.ground_layer import RINGS_M
 from riglens.widgets.viewport.scene_state import SceneState
 
 Points = NDArray[np.float64]
+_LEAST_M = 0.2
 _RING_PX, _BAND_PX, _NAME_PX = 12, 12, 13
 _DOT_PX, _RIM_PX, _CORNERS = 4.5, 2.0, 20
 """Radius of a dot without its rim, width of the rim, and corners of the polygon."""
@@ -182,7 +183,7 @@ def _names(state: SceneState, hovered: str | None, size: Size, unit: float) -> I
             continue
         (x, y, depth) = state.camera.project(np.array([sensor.position]), size)[0].tolist()
         half = 0.5 * _width_px(sensor.name, True, round(_NAME_PX * unit))
-        if depth > 0.0:
+        if depth > _LEAST_M:  # a camera has no place in its own picture
             away = (
                 _OFF_GIZMO_PX if state.gizmo_pose is not None and sensor.name == state.selected else 30
             ) * unit
