@@ -66,15 +66,18 @@ def _returns(rig: Rig, by_sensor: Mapping[str, Contribution], objects: int) -> d
     for kind in further_kinds(sensor.kind for sensor in enabled):
         names = tuple(sensor.name for sensor in enabled if sensor.kind == kind.name)
         parts, is_image = tuple(by_sensor[name] for name in names), kind.hits.measure == "pixels"
-        counts = _rows(parts, objects) if is_image else _column(parts, RAYS, objects)
+        counts = _column(parts, RAYS, objects)
+        if is_image:
+            counts = np.array([_rows_of(one.found[:, :objects]) for one in parts], np.int64).T
         found[kind.name] = Returns(names, counts, is_image)
     return found
 
 
-def _rows(images: tuple[Contribution, ...], objects: int) -> Counts:
-    """Return the rows of the lattice from the first to the last that meets an object, (objects, images)."""
-    first, last = (_column(images, column, objects) for column in (FIRST_ROW, LAST_ROW))
-    return np.where(first >= 0, last - first + 1, 0)
+def _rows_of(found: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Return the rows of the lattice from the first to the last that meets an object, (objects,), from what a sensor
+    found on them."""
+    first, last = found[FIRST_ROW], found[LAST_ROW]
+    return np.where(first >= 0, last - first + 1, np.int32(0))
 
 
 def _native(camera: Camera) -> tuple[float, float]:
@@ -86,8 +89,7 @@ def _native(camera: Camera) -> tuple[float, float]:
 def heights_px(camera: Camera, found: NDArray[np.int32]) -> Doubles:
     """Return the heights of objects in the picture of a camera, native pixels (objects,), from what it found on them,
     (rows of results, objects)."""
-    first, last = found[FIRST_ROW], found[LAST_ROW]
-    return np.where(first >= 0, last - first + 1, 0) * _native(camera)[1]
+    return np.asarray(_rows_of(found) * _native(camera)[1])
 
 
 def _by_lidars(lidars: Lidars, objects: int, cells: JoinedCells) -> tuple[Counts, Counts, Counts]:
@@ -101,11 +103,15 @@ def _by_cameras(
 ) -> tuple[Doubles, Doubles, Doubles, Doubles]:
     """Return pixels (objects, cameras), pixels of all cameras without occlusion (objects,), heights (objects, cameras)
     in pixels, and the share of the whole silhouette that each camera shows (objects, cameras)."""
-    area = native.prod(axis=1)
-    alone, seen = (_column(cameras, column, objects) for column in (ALONE, RAYS))
-    inside = np.array([one.inside[:objects] for one in cameras]).reshape(len(cameras), objects).T
-    shown = inside * seen / np.maximum(alone, 1)
-    return seen * area, (alone * area).sum(axis=1), _rows(cameras, objects) * native[:, 1], shown
+    pixels, heights, shown = np.empty((3, len(cameras), objects))
+    every = np.zeros(objects)
+    for place, (one, (across, down)) in enumerate(zip(cameras, native.tolist(), strict=True)):
+        seen, alone = one.found[RAYS, :objects], one.found[ALONE, :objects]
+        np.multiply(seen, across * down, out=pixels[place])
+        every += alone * (across * down)
+        heights[place] = _rows_of(one.found[:, :objects]) * down
+        np.divide(one.inside[:objects] * seen, np.maximum(alone, 1), out=shown[place])
+    return pixels.T, every, heights.T, shown.T
 
 
 def _column(contributions: tuple[Contribution, ...], column: int, objects: int) -> Counts:
