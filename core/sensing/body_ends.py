@@ -194,9 +194,9 @@ def barrier_shadow(
     screen = screen_of(sensor)
     if screen is not None:
         return _by_triangle(rays, screen, barrier, empty_box, workers)
-    stops = barrier.stops.tobytes()
+    box, stops = tuple(empty_box.tolist()) if is_image(sensor) else (), barrier.stops.tobytes()
     cut, cut_m = _ends(
-        _AtBody(rays_of(sensor), id(barrier.tree.corners), stops, barrier.start_m, barrier, workers)
+        _AtBody(rays_of(sensor), id(barrier.tree.corners), stops, barrier.start_m, box, barrier, workers)
     )
     return _ended(rays, cut.astype(np.int64), cut_m, empty_box)
 
@@ -242,27 +242,28 @@ def _unpacked(words: NDArray[np.uint64], columns: int) -> NDArray[np.bool_]:
 @dataclass(frozen=True)
 class _AtBody:
     """Key of what stops the rays of a sensor without straight rows: the sensor, and the tree, by its identity while it
-    is kept, with the triangles in it that stop them."""
+    is kept, with the triangles in it that stop them; the empty box of a picture."""
 
     sensor: Sensor
     tree: int
     stops: bytes = field(repr=False)
     start_m: float
+    empty_box: tuple[float, ...]
     barrier: Barrier = field(compare=False, repr=False)
     workers: int = field(compare=False)
 
 
 @SHADOWS.of
 def _ends(at: _AtBody) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
-    """Return which rays a body stops, in rising order, and at which distances in metres: each triangle is offered to
-    the rays of a picture that can meet it, other rays search the tree one by one."""
+    """Return which rays a body stops, in rising order, and at which distances in metres, 0 for some in the empty box:
+    each triangle is offered to the rays of a picture that can meet it, other rays search the tree one by one."""
     from riglens.core.kernels.body import lens_shadow, solid  # the compiler
 
     rays = rays_in_metres(at.sensor)
     ends = np.full(len(rays.rows) * len(rays.planes), np.inf)
     if is_image(at.sensor):
         of_image = lens_shadow.find_lens_ends_serial if at.workers == 1 else lens_shadow.find_lens_ends
-        of_image(rays, tiled(at.sensor), *at.barrier, at.workers, ends)
+        of_image(rays, tiled(at.sensor), *at.barrier, np.array(at.empty_box), at.workers, ends)
     else:
         by_tree = solid.ends_by_tree_serial if at.workers == 1 else solid.ends_by_tree
         by_tree(rays, *at.barrier, at.workers, ends)

@@ -16,12 +16,15 @@ from riglens.core.kernels.rays.tiles import (
     BY_ROW,
     COLUMN,
     COLUMNS,
+    COSINE,
     FIELDS,
     IS_FULL,
     LONGEST,
     OWN_RAYS,
     ROW,
     ROWS,
+    SINE,
+    TILE_ROWS,
     TiledRays,
 )
 from riglens.core.rig.model import Camera, Sensor
@@ -31,8 +34,8 @@ from riglens.core.sensors.base import unplaced
 
 Doubles = NDArray[np.float64]
 Ids = NDArray[np.int64]
-TILE_ROWS, IMAGE_COLUMNS, PATTERN_COLUMNS = 16, 64, 16
-"""Rows of a tile; its columns in an image, and in anything else: rays of scan patterns run in narrow bends."""
+IMAGE_COLUMNS, PATTERN_COLUMNS = 64, 16
+"""Columns of a tile of an image, and of anything else: rays of scan patterns run in narrow bends."""
 _GROUPS = (2, 8), (4, 4)
 """Columns and rows of tiles in a group, and of groups in a group of these."""
 _LEAST_COSINE = 0.5
@@ -89,7 +92,20 @@ def tiles_of(directions: Doubles, columns: int, tile_columns: int) -> Doubles:
         number = (leaves[:, ROW] // high) * (columns // wide + 1) + leaves[:, COLUMN] // wide
         keys.append(number.astype(np.int64))
     order = np.lexsort(keys)
-    return _nested(leaves[order], [key[order] for key in reversed(keys)])
+    found = _nested(leaves[order], [key[order] for key in reversed(keys)])
+    length, reach = np.linalg.norm(found[:, AXIS : AXIS + 3], axis=1), _reach(found) + found[:, BEND]
+    found[:, SINE] = reach
+    found[:, COSINE] = np.where(reach < length, np.sqrt(np.maximum(length**2 - reach**2, 0.0)), -1.0)
+    return found
+
+
+def _reach(tiles: Doubles) -> Doubles:
+    """Return how far what is linear in row and column goes from the axis of tiles (t, FIELDS) at most, (t,)."""
+    across, up = tiles[:, BY_COLUMN : BY_COLUMN + 3], tiles[:, BY_ROW : BY_ROW + 3]
+    return np.asarray(
+        np.linalg.norm(across, axis=1) * (tiles[:, COLUMNS] - 1.0) / 2.0
+        + np.linalg.norm(up, axis=1) * (tiles[:, ROWS] - 1.0) / 2.0
+    )
 
 
 def _nested(leaves: Doubles, keys: list[Ids]) -> Doubles:
@@ -114,13 +130,8 @@ def _around(leaves: Doubles) -> Doubles:
     middle, found = leaves[:, AXIS : AXIS + 3], np.zeros(FIELDS)
     axis = middle.sum(axis=0)
     axis /= max(float(np.linalg.norm(axis)), 1e-12)
-    across, up = leaves[:, BY_COLUMN : BY_COLUMN + 3], leaves[:, BY_ROW : BY_ROW + 3]
-    reach = (
-        np.linalg.norm(across, axis=1) * (leaves[:, COLUMNS] - 1.0)
-        + np.linalg.norm(up, axis=1) * (leaves[:, ROWS] - 1.0)
-    ) / 2.0
     found[AXIS : AXIS + 3] = axis
-    found[BEND] = (np.linalg.norm(middle - axis, axis=1) + reach + leaves[:, BEND]).max() * _WIDER
+    found[BEND] = (np.linalg.norm(middle - axis, axis=1) + _reach(leaves) + leaves[:, BEND]).max() * _WIDER
     found[LONGEST] = leaves[:, LONGEST].max()
     for first, number in ((ROW, ROWS), (COLUMN, COLUMNS)):
         found[first] = leaves[:, first].min()

@@ -196,14 +196,11 @@ def _sector(sensor: Sectored, number: int) -> Beams | None:
         return None
     rays = np.arange(columns)[:, None] + (first + np.arange(rows)) * columns
     directions = local_directions(sensor, rays.ravel())
-    x, y, z = directions.reshape(columns, rows, 3).transpose(2, 0, 1)
-    beams = _beams(
-        sensor, y[:, 0] / x[:, 0], np.arange(columns), z[0] / np.hypot(x[0], y[0]), first + np.arange(rows)
-    )
+    beams = _beams(sensor, _NOTHING, np.arange(columns), _NOTHING, first + np.arange(rows))
     far_m = min(sensor.range_m[1], float(limits.max(initial=0.0)) * _WIDER if limits.size else math.inf)
     return _with_listed(beams, directions)._replace(
         steps=np.array([1, columns]),
-        squeeze=1.0 / np.sqrt(1.0 + beams.row_at**2),
+        is_upright=True,
         reach=np.array([sensor.range_m[0], far_m]),
         tiles=tiles_of(directions, rows, IMAGE_COLUMNS),
         field=_field(directions),
@@ -243,7 +240,7 @@ def _beams(sensor: Sensor, row_at: Doubles, row_of: Ids, column_at: Doubles, col
         False, column_of.size, 0, none, none, none, np.ones((0, 2)), np.zeros(3), np.eye(3),
         np.array(sensor.range_m, np.float64), row_at, row_of, column_at, column_of,
         np.array([column_of.size, 1]),
-        none, none, none, none, OPAQUE, NO_TILES, np.array([-1.0, 0.0]), 0.0, _NO_WORDS, _NOTHING,
+        none, False, none, none, OPAQUE, NO_TILES, np.array([-1.0, 0.0]), 0.0, _NO_WORDS, _NOTHING,
         class_limits_m(sensor),
     )  # fmt: skip
 

@@ -34,10 +34,9 @@ from riglens.core.targets.truncation import shares_in_picture
 from riglens.core.vehicle.solid import Barrier
 
 Ids = NDArray[np.int64]
-RAYS_AT_ONCE, TURNING_RAYS_AT_ONCE = 1 << 26, 1 << 21
-"""Rays of all frames of a chunk, after which `is_stale` is called; the cells of turning beams take 8 bytes a ray."""
-IMAGES_AT_ONCE = 8
-"""Frames of a camera for each worker at least: they take as long as each other only in the mean."""
+TURNING_RAYS_AT_ONCE, IMAGES_AT_ONCE = 1 << 21, 128
+"""Rays of LiDARs, whose cells take 8 bytes each, and frames of pictures of a chunk, after which `is_stale` is called:
+some milliseconds."""
 
 CELLS_AT_ONCE = 1 << 24
 """Room for cells, 128 MiB, of which only the filled part takes memory."""
@@ -109,6 +108,7 @@ class TargetCaster:
 
     def __init__(self, traffic: Traffic, workers: int = 1) -> None:
         self._traffic, self._workers = traffic, workers
+        self._scratch = _scratch(workers, 0)
         self._boxes: dict[Shape, FrameBoxes] = {}
         self._clearance = Clearance(traffic)
         self._objects = np.flatnonzero(traffic.counts)
@@ -190,10 +190,9 @@ class TargetCaster:
         found[kernel.FIRST_ROW : kernel.LAST_ROW + 1] = -1
         found[kernel.FIRST_CELL : kernel.LAST_CELL] = np.iinfo(np.int32).max
         at, ranks = np.zeros(found.shape[1], np.int64), self._ranks - objects.start
-        scratch = _scratch(workers, rays)
-        at_once = max(1, TURNING_RAYS_AT_ONCE // rays)
-        if not beams.turns:
-            at_once = max(IMAGES_AT_ONCE * workers, RAYS_AT_ONCE // rays)
+        if self._scratch.inverse.shape[1] != rays:  # they are left as they were made: a drag keeps them
+            self._scratch = _scratch(workers, rays)
+        at_once = TURNING_RAYS_AT_ONCE // rays if beams.turns else IMAGES_AT_ONCE
         at_once = max(1, min(end - first, at_once))
         chunk = -(-at_once // workers) * rays if beams.turns else 0
         cells = _Cells(workers, chunk, -(-(end - first) // at_once))
@@ -204,7 +203,7 @@ class TargetCaster:
             until = min(start + at_once, end)
             cells.make_room()
             cast(
-                sweep.boxes, beams, start, until, sweep.phases, sweep.keys, ranks, most, *scratch, found, at,
+                sweep.boxes, beams, start, until, sweep.phases, sweep.keys, ranks, most, *self._scratch, found, at,
                 cells.buffer, cells.filled,
             )  # fmt: skip
             for worker in range(workers):

@@ -113,11 +113,16 @@ def test_every_model_of_the_library_ends_at_a_car_where_single_rays_do(model: st
     assert np.isfinite(ends).any() or places[number // 3 % 3] != places[-1]
 
 
+@pytest.mark.parametrize("is_bent", [False, True])
 @pytest.mark.parametrize("seed", range(10))
-def test_rays_that_end_in_the_void_are_over_and_all_others_keep_their_ends(seed: int) -> None:
+def test_rays_that_end_in_the_void_are_over_and_all_others_keep_their_ends(seed: int, is_bent: bool) -> None:
     rng = np.random.default_rng(seed)
     solid = soup(seed, 200, size_m=0.4)
     sensor = random_sensor(rng, spread_m=1.0)
+    if is_bent:
+        lens = {"fx": 900.0, "fy": 900.0, "cx": 780.0, "cy": 470.0, "distortion": BrownConrady(k1=-0.2)}
+        place = {"position": sensor.position, "rpy_deg": sensor.rpy_deg}
+        sensor = Camera.model_validate({"name": "a", **place, **lens, "cast": (130, 70)})
     low, high = (
         np.array(sensor.position) - rng.uniform(0.2, 2, 3),
         np.array(sensor.position) + rng.uniform(0.2, 2, 3),

@@ -22,8 +22,8 @@ from riglens.core.kernels.body.face import (
     view_of,
 )
 from riglens.core.kernels.body.screen import in_sensor_axes
-from riglens.core.kernels.body.shadow import near2
-from riglens.core.kernels.body.solid import EDGE, Tree, meet
+from riglens.core.kernels.body.shadow import is_in, near2
+from riglens.core.kernels.body.solid import EDGE, GROWN, Tree, meet
 from riglens.core.kernels.rays.cast import Cast, ray_direction
 from riglens.core.kernels.rays.predicates import Vector
 from riglens.core.kernels.rays.tiles import (
@@ -38,7 +38,7 @@ from riglens.core.kernels.rays.tiles import (
     cuts_of,
     new_sides,
     rows_of,
-    span_of,
+    set_spans,
 )
 from riglens.core.kernels.runtime.jit import lean, lean_inlined, parallel_kernel, serial
 
@@ -49,11 +49,13 @@ _NEARER = 1.0 - 1e-9
 
 
 class Bar(NamedTuple):
-    """Obstacles of rays: triangles in a tree, a selection of them (t,), and the distance from which they count."""
+    """Obstacles of rays: triangles in a tree, a selection of them (t,), the distance from which they count, and the
+    empty_box (6,) as in `kernels.body.shadow`."""
 
     tree: Tree
     stops: np.ndarray
     start: float
+    empty_box: np.ndarray
 
 
 @lean_inlined
@@ -103,23 +105,32 @@ def _offer(
     ends: np.ndarray,
 ) -> None:  # fmt: skip
     """Test a triangle of corners (3, 3) against the rays of a tile that may meet it; normals (3, 3): work space."""
-    middle, radius = ball_around(*bounds_of(c))
+    low, high = bounds_of(c)
+    middle, radius = ball_around(low, high)
     place, tile = in_sensor_axes(rays, middle), lens.tiles[number]
     nearest = size_of(place) - radius
-    count = 3
+    count, is_over = (
+        3,
+        is_in(bar.empty_box, low) and is_in(bar.empty_box, high) and nearest > bar.start + GROWN,
+    )
     if not _set_edges(view_of(rays, c), normals, sides, nearest + radius, radius):
-        count = _set_ball(place, radius, sides)
+        count, is_over = _set_ball(place, radius, sides), False
     cuts = cuts_of(tile, count, sides)
     if cuts < 0:
         return
     o = rays.origin[0], rays.origin[1], rays.origin[2]
     first, column = int(tile[ROW]), int(tile[COLUMN])
-    for row in range(*rows_of(tile, cuts, sides)):
-        span_of(tile, row, cuts, sides)
+    rows, span = rows_of(tile, cuts, sides), sides.span
+    set_spans(tile, rows, cuts, sides)
+    for row in range(*rows):
         base = (first + row) * lens.columns + column
-        for slot in range(base + sides.span[0], base + sides.span[1]):
+        for slot in range(base + int(span[0, row]), base + int(span[1, row])):
             ray = slot if lens.numbers.size == 0 else int(lens.numbers[slot])
-            if ray >= 0 and ends[ray] > nearest:
+            if ray < 0 or ends[ray] <= nearest:
+                continue
+            if is_over and span[2, row] <= slot - base < span[3, row]:
+                ends[ray] = 0.0
+            else:
                 t, _ = meet(o, ray_direction(rays, ray), c)
                 if bar.start < t < ends[ray]:
                     ends[ray] = t
@@ -173,13 +184,14 @@ def _end_tile(
 
 @parallel_kernel
 def find_lens_ends(
-    rays: Cast, lens: TiledRays, tree: Tree, stops: np.ndarray, start: float, workers: int, ends: np.ndarray
-) -> None:
-    """Write where listed rays, in metres, first meet a solid beyond `start`, to ends (rays,), infinite before. Workers
-    take tiles in turn."""
+    rays: Cast, lens: TiledRays, tree: Tree, stops: np.ndarray, start: float, empty_box: np.ndarray, workers: int,
+    ends: np.ndarray,
+) -> None:  # fmt: skip
+    """Write where listed rays, in metres, first meet a solid beyond `start`, to ends (rays,), infinite before; 0 for
+    those that surely do in the empty box. Workers take tiles in turn."""
     for worker in numba.prange(workers):
         normals, stack, sides = np.empty((3, 3)), np.empty(128, np.int64), new_sides()
-        bar = Bar(tree, stops, start)
+        bar = Bar(tree, stops, start, empty_box)
         for number in range(worker, lens.tiles.shape[0], workers):
             if lens.tiles[number, OWN_RAYS] > 0.0:
                 _end_tile(rays, lens, number, bar, normals, stack, sides, ends)

@@ -51,19 +51,18 @@ class Beams(NamedTuple):
     vectors, or for a pinhole that sees from 0 to infinity those with x = 1. turns: whether columns are azimuths
     (LiDAR) or places on the image plane; origin (3,); rotation (3, 3) sensor to vehicle frame; reach (2,) metres.
     row_at, column_at: where rows (slopes, or z on the image plane) and columns lie, rising, and row_of, column_of:
-    their numbers; shift (rows,) or (0,): what is added to the columns of a row, radians in [0, 2 pi). squeeze (rows,)
-    or (0,): of a sector, whose rows are upright lines of the image plane: slopes, where columns lie, over places on
-    that line. ends (rays,) or (0,): where the car's own body stops a ray by its number, metres. law (0,) or (4,):
-    range in metres at which half of the rays return from a face that looks at the sensor, for the three classes, and
-    the relative width of the logistic; none: all rays return. glass (2,): a ray of a LiDAR passes through glass where
-    its draw is below the first, and returns from it where that is not below the second. tiles (t, FIELDS):
-    of a lattice that has no straight rows, as in `kernels.rays.tiles`; none for the others. field: cosine and sine
-    of the half angle of a cone around x that holds all rays. least: what comes nearer to the plane x = 0 of a camera
-    than this, in metres, is in no image. stops (2, rows * words) uint64 or (0, 0): bits for the slots whose rays the
-    car's own body stops somewhere, every row in words of its own, and for those of them that it stops before anything
-    that counts; last_ends (rows * words,): where the last of the others of a word ends, metres. limits (3, rows of the
-    sensor), (3, 1) where all rows are alike, or (0, 0): from where on rays get nothing back from objects of the three
-    classes, metres.
+    their numbers; shift (rows,) or (0,): what is added to the columns of a row, radians in [0, 2 pi). is_upright: of a
+    sector, whether rows are the sensor's columns. ends (rays,) or (0,): where the car's own body stops a ray by its
+    number, metres. law (0,) or (4,): range in metres at which half of the rays return from a face that looks at the
+    sensor, for the three classes, and the relative width of the logistic; none: all rays return. glass (2,): a ray of a
+    LiDAR passes through glass where its draw is below the first, and returns from it where that is not below the
+    second. tiles (t, FIELDS): of a lattice that has no straight rows, as in `kernels.rays.tiles`; none for the others.
+    field: cosine and sine of the half angle of a cone around x that holds all rays. least: what comes nearer to the
+    plane x = 0 of a camera than this, in metres, is in no image. stops (2, rows * words) uint64 or (0, 0): bits for the
+    slots whose rays the car's own body stops somewhere, every row in words of its own, and for those of them that it
+    stops before anything that counts; last_ends (rows * words,): where the last of the others of a word ends, metres.
+    limits (3, rows of the sensor), (3, 1) where all rows are alike, or (0, 0): from where on rays get nothing back from
+    objects of the three classes, metres.
     """
 
     turns: bool
@@ -82,7 +81,7 @@ class Beams(NamedTuple):
     column_of: np.ndarray
     steps: np.ndarray
     shift: np.ndarray
-    squeeze: np.ndarray
+    is_upright: bool
     ends: np.ndarray
     law: np.ndarray
     glass: np.ndarray

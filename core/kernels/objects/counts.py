@@ -38,8 +38,10 @@ from riglens.core.kernels.objects.images import (
     count_one,
     forget,
     is_stopped,
+    look_round,
     new_bits,
     note_rays,
+    touch,
 )
 from riglens.core.kernels.objects.nearest import meet_box
 from riglens.core.kernels.objects.silhouette import Outline, outline_for, words_of
@@ -164,13 +166,14 @@ def _take(
 @lean_inlined
 def _hide(columns: int, scratch: Scratch) -> None:
     """Note that the rays of a group have met something, and leave the canvas empty."""
-    canvas, words, touched = scratch.canvas, words_of(columns), scratch.bits.touched
-    touched[0], touched[1] = min(touched[0], canvas.touched[0]), max(touched[1], canvas.touched[1])
+    canvas, words = scratch.canvas, words_of(columns)
+    touch(canvas.touched[0], canvas.touched[1], scratch.bits)
     for place in range(canvas.touched[0], canvas.touched[1]):
         # unsigned, as in `nearest`
         base, first = np.uint64(place * columns), np.uint64(place * words)
         for column in range(np.uint64(canvas.spans[place, 0]), np.uint64(canvas.spans[place, 1])):
             slot, bit = base + column, np.uint64(1) << (column & np.uint64(63))
+            canvas.last[slot] = -1
             if canvas.owner[slot] >= 0:
                 scratch.bits.seen[first + (column >> np.uint64(6))] |= bit
                 canvas.inverse[slot], canvas.owner[slot] = 0.0, -1
@@ -201,14 +204,24 @@ def _cast_frame(
         line_up(traffic, beams, sweep.frame, depth_order),
         Ties(scratch.canvas.inverse, scratch.canvas.owner),
     )
+    if scratch.bits.own.size > 0:
+        look_round(traffic, beams, sweep.rotation, depth_order, end, scratch.outline, scratch.bits)
     while begin < end:
         until = begin + 1
         while until < end and depth_order.first[until] == begin:
             until += 1
-        is_done, box = False, depth_order.box[begin]
+        is_done = False
         if not beams.turns and until == begin + 1:
             is_done = count_one(
-                traffic, beams, sweep.rotation, sweep.ranks, box, scratch.outline, scratch.bits, found
+                traffic,
+                beams,
+                sweep.rotation,
+                sweep.ranks,
+                depth_order,
+                begin,
+                scratch.outline,
+                scratch.bits,
+                found,
             )
         elif not beams.turns:
             is_done = count_group(
@@ -263,14 +276,14 @@ def spun(rotation: np.ndarray, phase: float) -> np.ndarray:
 
 @kernel
 def _new_scratch(
-    rows: int, columns: int, most: int, inverse: np.ndarray, owner: np.ndarray, last: np.ndarray,
-    table: np.ndarray,
-) -> Scratch:  # fmt: skip
-    """Return room for a lattice of rays and frames of at most `most` boxes, whose large parts are given."""
+    beams: Beams, most: int, inverse: np.ndarray, owner: np.ndarray, last: np.ndarray, table: np.ndarray
+) -> Scratch:
+    """Return room for the rays of a sensor and frames of at most `most` boxes, whose large parts are given."""
+    rows, columns = beams.row_of.size, beams.columns
     spans = np.empty((rows, 2), np.int32)
     spans[:, 0], spans[:, 1] = columns, 0
     canvas = Canvas(inverse, owner, last, spans, np.empty(columns), np.array([rows, 0]))
-    outline, bits = outline_for(new_faces(), rows, columns), new_bits(rows, columns)
+    outline, bits = outline_for(new_faces(), beams), new_bits(beams, most)
     return Scratch(new_depth_order(most), outline, canvas, bits, np.empty((4, rows * columns)), table)
 
 
@@ -296,16 +309,14 @@ def cast_frames(
 
     phases (frames,) radians; keys uint64 (frames,) of the draws; ranks (n,): places of boxes among the m objects that
     count, below 0 for the others; most: boxes in any frame. Scratch (workers, rays):
-    inverse 0, owner and last -1; tables (workers, k).
+    inverse 0, owner and last -1, and left so; tables (workers, k).
     Takes found int32 (COLUMNS, m), of no object met before; cells int64 (workers, k), behind the first filled
     (workers,) of them: the cells entered, and how many there are then; at (m,): where those of an object begin among
     its worker's.
     """
-    workers, rows, columns = inverse.shape[0], beams.row_of.size, beams.columns
+    workers = inverse.shape[0]
     for worker in numba.prange(workers):
-        scratch = _new_scratch(
-            rows, columns, most, inverse[worker], owner[worker], last[worker], tables[worker]
-        )
+        scratch = _new_scratch(beams, most, inverse[worker], owner[worker], last[worker], tables[worker])
         # a worker's frames lie together, and so do its objects
         begin = first + (end - first) * worker // workers
         until = first + (end - first) * (worker + 1) // workers

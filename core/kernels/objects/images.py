@@ -25,7 +25,17 @@ from riglens.core.kernels.objects.box_frames import (
 )
 from riglens.core.kernels.objects.depth_order import DepthOrder
 from riglens.core.kernels.objects.nearest import find_entries
-from riglens.core.kernels.objects.silhouette import HIDING, NOT_DRAWN, TESTED, Outline, draw_box, words_of
+from riglens.core.kernels.objects.silhouette import (
+    HIDING,
+    NOT_DRAWN,
+    TESTED,
+    Outline,
+    draw_box,
+    find_spans,
+    set_view,
+    spans_mask,
+    words_of,
+)
 from riglens.core.kernels.rays.lattice import Direction
 from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined
 from riglens.core.kernels.voxels.bits import lowest_bit, popcount
@@ -35,14 +45,23 @@ RAYS, ALONE, FIRST_ROW, LAST_ROW = 0, 1, 2, 3
 lattice among the former (-1: none)."""
 
 
+_STRIP, _LOG_STRIP = 16, 4
+"""Rows of a strip."""
+
+
 class Bits(NamedTuple):
     """A bit for each ray, (rows * words,) uint64: `seen` that has met something nearer, `once` and `twice` that enters
-    one of a group of objects or several; touched (2,): first and end row of those of `seen`."""
+    one of a group of objects or several; touched (strips,): whether a strip of `seen` has bits. Of a pinhole, shown
+    int32 (boxes, 4): first and end row and word of what may show each box of the depth order; sharers int32
+    (strips, words): how many boxes may show there, the car's own body counted among them (own, of this shape)."""
 
     seen: np.ndarray
     once: np.ndarray
     twice: np.ndarray
     touched: np.ndarray
+    shown: np.ndarray
+    sharers: np.ndarray
+    own: np.ndarray
 
 
 class Ties(NamedTuple):
@@ -54,41 +73,140 @@ class Ties(NamedTuple):
 
 
 @kernel
-def new_bits(rows: int, columns: int) -> Bits:
-    """Return bits for a lattice, none of them set."""
-    words = rows * words_of(columns)
+def new_bits(beams: Beams, boxes: int) -> Bits:
+    """Return bits for a lattice, none of them set, and frames of at most `boxes` boxes."""
+    rows, words = beams.row_of.size, words_of(beams.columns)
+    strips, size = (rows + _STRIP - 1) >> _LOG_STRIP, rows * words
+    is_image = not beams.turns and beams.row_at.size > 0
+    own = np.zeros((strips, words) if is_image else (0, 0), np.int32)
+    if is_image and beams.stops.size > 0:
+        for row in range(rows):
+            for word in range(words):
+                own[row >> _LOG_STRIP, word] |= beams.stops[0, row * words + word] != 0
     return Bits(
-        np.zeros(words, np.uint64),
-        np.zeros(words, np.uint64),
-        np.zeros(words, np.uint64),
-        np.array([rows, 0]),
-    )
+        np.zeros(size, np.uint64), np.zeros(size, np.uint64), np.zeros(size, np.uint64), np.zeros(strips, np.bool_),
+        np.empty((boxes, 4), np.int32), own.copy(), own,
+    )  # fmt: skip
 
 
 @lean_inlined
 def forget(columns: int, bits: Bits) -> None:
     """Clear `seen` for another frame."""
-    words, touched = words_of(columns), bits.touched
-    if touched[0] < touched[1]:
-        bits.seen[touched[0] * words : touched[1] * words] = 0
-    touched[0], touched[1] = bits.seen.size, 0
+    strip_size = words_of(columns) << _LOG_STRIP
+    for strip in range(bits.touched.size):
+        if bits.touched[strip]:
+            bits.seen[strip * strip_size : (strip + 1) * strip_size] = 0
+            bits.touched[strip] = False
+
+
+@lean_inlined
+def touch(first: int, end: int, bits: Bits) -> None:
+    """Note that bits of `seen` may be set in rows first..end-1."""
+    for strip in range(first >> _LOG_STRIP, (end + _STRIP - 1) >> _LOG_STRIP):
+        bits.touched[strip] = True
+
+
+@lean
+def look_round(
+    traffic: FrameBoxes, beams: Beams, rotation: np.ndarray, depth_order: DepthOrder, end: int, outline: Outline,
+    bits: Bits,
+) -> None:  # fmt: skip
+    """Find where a pinhole may show the first `end` boxes of the depth order, and which places may show several."""
+    for strip in range(bits.own.shape[0]):
+        for word in range(bits.own.shape[1]):
+            bits.sharers[strip, word] = bits.own[strip, word]
+    for place in range(end):
+        set_view(traffic, beams, depth_order.box[place], rotation, outline)
+        for bound in range(4):
+            bits.shown[place, bound] = outline.bounds[bound]
+        row, until = outline.bounds[0], outline.bounds[1]
+        for strip in range(row >> _LOG_STRIP, (until + _STRIP - 1) >> _LOG_STRIP if row < until else 0):
+            for word in range(outline.bounds[2], outline.bounds[3]):
+                bits.sharers[strip, word] += 1
 
 
 @lean_inlined
 def count_one(
-    traffic: FrameBoxes, beams: Beams, rotation: np.ndarray, ranks: np.ndarray, box: int, outline: Outline, bits: Bits,
-    found: np.ndarray,
+    traffic: FrameBoxes, beams: Beams, rotation: np.ndarray, ranks: np.ndarray, depth_order: DepthOrder, place: int,
+    outline: Outline, bits: Bits, found: np.ndarray,
 ) -> bool:  # fmt: skip
-    """Count the rays on an object that is no nearer than the hits so far; return False, and change
-    nothing, where an outline cannot decide."""
+    """Count the rays on an object that is no nearer than the hits so far; return False, and change nothing, where sides
+    cannot decide."""
+    box = depth_order.box[place]
+    if bits.own.size > 0:
+        for bound in range(4):
+            outline.bounds[bound] = bits.shown[place, bound]
+        if not find_spans(traffic, beams, box, rotation, outline):
+            return False
+        _count_spans(traffic, beams, box, outline, bits, ranks[box], found)
+        return True
     way = draw_box(traffic, beams, box, rotation, outline)
     if way == NOT_DRAWN:
         return False
     _count(traffic, beams, box, way, outline, bits, False, ranks[box], found)
-    if outline.bounds[0] < outline.bounds[1]:
-        bits.touched[0] = min(bits.touched[0], outline.bounds[0])
-        bits.touched[1] = max(bits.touched[1], outline.bounds[1])
+    touch(outline.bounds[0], outline.bounds[1], bits)
     return True
+
+
+@lean_inlined
+def _count_spans(
+    traffic: FrameBoxes, beams: Beams, box: int, outline: Outline, bits: Bits, one: int, found: np.ndarray
+) -> None:
+    """Count the rays of a pinhole between the columns that have been found, strip by strip; where nothing else may be,
+    all of them count, and hide nothing."""
+    bounds, alone = outline.bounds, 0
+    row = bounds[0]
+    while row < bounds[1]:
+        strip = row >> _LOG_STRIP
+        end, is_shared, is_split = min((strip + 1) << _LOG_STRIP, bounds[1]), False, False
+        for word in range(bounds[2], bounds[3]):
+            is_shared |= bits.sharers[strip, word] > 1
+        for at in range(np.uint64(row), np.uint64(end)):
+            is_split |= outline.is_split[at]
+        if is_shared or is_split:
+            bits.touched[strip] |= is_shared
+            for at in range(row, end):
+                alone += _count_row(traffic, beams, box, at, is_shared, outline, bits, one, found)
+        else:
+            rays, last = 0, end - 1
+            for at in range(np.uint64(row), np.uint64(end)):
+                rays += outline.last[at] - outline.first[at]
+            alone += rays
+            if rays > 0 and one >= 0:
+                while outline.last[row] <= outline.first[row]:
+                    row += 1
+                while outline.last[last] <= outline.first[last]:
+                    last -= 1
+                note_rays(beams, row, 0, 0, 0, one, found)
+                note_rays(beams, last, 0, 0, rays, one, found)
+        row = end
+    if one >= 0:
+        found[ALONE, one] = alone
+
+
+@lean_inlined
+def _count_row(
+    traffic: FrameBoxes, beams: Beams, box: int, row: int, is_shared: bool, outline: Outline, bits: Bits, one: int,
+    found: np.ndarray,
+) -> int:  # fmt: skip
+    """Count the rays of a row of a pinhole that nothing hides, let them hide others if any may be there, and return how
+    many there are in all."""
+    alone, rays, (part, last), words = 0, 0, parts_of(traffic, box), words_of(beams.columns)
+    if outline.first[row] >= outline.last[row]:
+        return 0
+    for place in range(outline.first[row] >> 6, ((outline.last[row] - 1) >> 6) + 1):
+        mask, word = spans_mask(last - part, row, place, outline), row * words + place
+        alone += int(popcount(mask))
+        free = mask
+        if is_shared:
+            free &= ~bits.seen[word]
+            bits.seen[word] |= mask
+            if one >= 0 and beams.stops.size > 0 and free & beams.stops[0, word]:
+                free = _unstopped(traffic, beams, box, row, place, free, outline)
+        rays += int(popcount(free))
+    if rays > 0 and one >= 0:
+        note_rays(beams, row, 0, 0, rays, one, found)
+    return alone
 
 
 @lean
@@ -116,8 +234,8 @@ def count_group(
         if is_drawn:
             bits.seen[word] |= bits.once[word]
         bits.once[word] = bits.twice[word] = 0
-    if is_drawn and first < last:
-        bits.touched[0], bits.touched[1] = min(bits.touched[0], first), max(bits.touched[1], last)
+    if is_drawn:
+        touch(first, last, bits)
     return is_drawn
 
 
@@ -140,8 +258,7 @@ def _count(
     """Count the rays of an outline, and those of them that meet nothing else of the group and nothing
     nearer; one < 0: of an object that does not count. Of a box alone, the rays have met something then."""
     alone, words, bounds = 0, words_of(beams.columns), outline.bounds
-    has_stops, is_sector = beams.stops.size > 0, beams.squeeze.size > 0
-    nearest = _nearest(traffic, beams, box) if has_stops else 0.0
+    has_stops = beams.stops.size > 0
     for row in range(bounds[0], bounds[1]):
         rays, low, high = 0, beams.columns, -1
         for place in range(bounds[2], bounds[3]):
@@ -162,13 +279,10 @@ def _count(
             if is_one_of_many:
                 free &= ~bits.twice[word]
             if has_stops and free & beams.stops[0, word]:
-                is_over = nearest > beams.last_ends[word]
-                free &= ~beams.stops[0 if is_over else 1, word]
-                if not is_over:
-                    free = _passed(traffic, beams, box, row, place, free, outline)
+                free = _unstopped(traffic, beams, box, row, place, free, outline)
             if free:
                 rays += int(popcount(free))
-                if is_sector:
+                if beams.is_upright:
                     low, high = min(low, 64 * place + int(lowest_bit(free))), 64 * place + _highest_bit(free)
         if rays > 0:
             note_rays(beams, row, low, high, rays, one, found)
@@ -191,7 +305,7 @@ def note_rays(beams: Beams, row: int, low: int, high: int, rays: int, one: int, 
     """Add rays of a row, between two columns, to those of an object."""
     found[RAYS, one] += rays
     first = last = beams.row_of[row]
-    if beams.squeeze.size > 0:  # the sensor's rows lie along those of the slots
+    if beams.is_upright:  # the sensor's rows lie along those of the slots
         first, last = beams.column_of[low], beams.column_of[high]
     found[FIRST_ROW, one] = min(found[FIRST_ROW, one], first) if found[FIRST_ROW, one] >= 0 else first
     found[LAST_ROW, one] = max(found[LAST_ROW, one], last)
@@ -215,6 +329,17 @@ def is_stopped(beams: Beams, row: int, column: int, inverse: float) -> bool:
     return not length / inverse < beams.ends[ray_at(beams, row, column)]
 
 
+@lean_inlined
+def _unstopped(
+    traffic: FrameBoxes, beams: Beams, box: int, row: int, place: int, free: np.uint64, outline: Outline
+) -> np.uint64:  # fmt: skip
+    """Return those of some rays, bits of a word of a row, that the car's own body does not stop before a box."""
+    word = row * words_of(beams.columns) + place
+    if _nearest(traffic, beams, box) > beams.last_ends[word]:
+        return np.uint64(free & ~beams.stops[0, word])
+    return np.uint64(_passed(traffic, beams, box, row, place, free & ~beams.stops[1, word], outline))
+
+
 @lean
 def _passed(
     traffic: FrameBoxes, beams: Beams, box: int, row: int, place: int, free: np.uint64, outline: Outline
@@ -235,12 +360,18 @@ def _passed(
 
 
 @lean_inlined
+def _set_part(traffic: FrameBoxes, part: int, start: Direction, outline: Outline) -> None:
+    """Write the faces of a part of the box that is drawn."""
+    middle, half = bounds_of(traffic, part)
+    set_faces((start[0] - middle[0], start[1] - middle[1], start[2] - middle[2]), half, outline.faces)
+
+
+@lean_inlined
 def _entry(
     traffic: FrameBoxes, beams: Beams, part: int, start: Direction, row: int, column: int, outline: Outline
 ) -> float:  # fmt: skip
     """Return 1 / t at which a ray enters a part, 0 where it does not."""
-    middle, half = bounds_of(traffic, part)
-    set_faces((start[0] - middle[0], start[1] - middle[1], start[2] - middle[2]), half, outline.faces)
+    _set_part(traffic, part, start, outline)
     find_entries(beams, outline.faces, row, column, 1, outline.run)
     return float(outline.run[0])
 
@@ -250,19 +381,29 @@ def _compare(
     traffic: FrameBoxes, beams: Beams, box: int, outline: Outline, bits: Bits, ties: Ties
 ) -> None:  # fmt: skip
     """Let a box have those rays of its outline that enter other objects of the group, too, where it is the nearest."""
-    start, words, bounds = start_of(traffic, beams, box), words_of(beams.columns), outline.bounds
+    start, words, bounds, run = (
+        start_of(traffic, beams, box),
+        words_of(beams.columns),
+        outline.bounds,
+        outline.run,
+    )
     for part in range(*parts_of(traffic, box)):
+        _set_part(traffic, part, start, outline)
         for row in range(bounds[0], bounds[1]):
             for place in range(bounds[2], bounds[3]):
                 word = row * words + place
                 left = outline.mask[0, word] & bits.twice[word] & ~bits.seen[word]
+                if left == 0:
+                    continue
+                first, number = (
+                    64 * place + int(lowest_bit(left)),
+                    _highest_bit(left) - int(lowest_bit(left)) + 1,
+                )
+                find_entries(beams, outline.faces, row, first, number, run)
                 while left:
                     column = 64 * place + int(lowest_bit(left))
                     left &= left - np.uint64(1)
-                    inverse, slot = (
-                        _entry(traffic, beams, part, start, row, column, outline),
-                        row * beams.columns + column,
-                    )
+                    inverse, slot = run[column - first], row * beams.columns + column
                     if inverse > ties.inverse[slot]:
                         ties.inverse[slot], ties.owner[slot] = inverse, part
 

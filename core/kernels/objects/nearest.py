@@ -47,7 +47,7 @@ from riglens.core.kernels.rays.tiles import (
     ROW,
     cuts_of,
     rows_of,
-    span_of,
+    set_spans,
 )
 from riglens.core.kernels.runtime.jit import lean, lean_inlined
 
@@ -119,14 +119,14 @@ def _columns_between(beams: Beams, left: float, width: float) -> tuple[int, int,
     """Return the first and end place of the columns between left and left + width, and the end of those after a full
     turn."""
     at, right = beams.column_at, left + width
-    start, end, again = place_at(at, left), _place_after(at, right), 0
+    start, end, again = place_at(at, left), place_after(at, right), 0
     if beams.turns and right > TURN:
-        again = min(start, _place_after(at, right - TURN))
+        again = min(start, place_after(at, right - TURN))
     return start, end, again
 
 
 @lean_inlined
-def _place_after(at: np.ndarray, value: float) -> int:
+def place_after(at: np.ndarray, value: float) -> int:
     """Return the first place of rising numbers that is above a value."""
     place = place_at(at, value)
     while place < at.size and at[place] <= value:
@@ -177,9 +177,11 @@ def _meet_tiles(beams: Beams, faces: Faces, canvas: Canvas) -> int:
             number = int(tile[AFTER])
         elif tile[OWN_RAYS] > 0.0:
             row, column = int(tile[ROW]), int(tile[COLUMN])
-            for place in range(*rows_of(tile, cuts, sides)):
-                span_of(tile, place, cuts, sides)
-                entered += _meet_run(beams, faces, row + place, column + span[0], span[1] - span[0], canvas)
+            rows = rows_of(tile, cuts, sides)
+            set_spans(tile, rows, cuts, sides)
+            for place in range(*rows):
+                first, end = int(span[0, place]), int(span[1, place])
+                entered += _meet_run(beams, faces, row + place, column + first, end - first, canvas)
     return entered
 
 
@@ -212,7 +214,7 @@ def is_apart(
 
 
 @lean_inlined
-def _window_of(
+def window_of(
     beams: Beams,
     start: Direction,
     half: Direction,
@@ -274,7 +276,7 @@ def meet_box(
             own = _faces_of(traffic, beams, box, part, key, faces)
             entered += _meet_tiles(beams, own, canvas)
         return entered
-    window = _window_of(beams, start, half, faces.turn, centre, corners)
+    window = window_of(beams, start, half, faces.turn, centre, corners)
     if window.width < 0.0:
         return 0
     is_large = beams.row_of.size * beams.columns * sine * sine > _LARGE
@@ -283,7 +285,7 @@ def meet_box(
         (middle, part_half), mine = bounds_of(traffic, part), window
         place = (start[0] - middle[0], start[1] - middle[1], start[2] - middle[2])
         if is_large:
-            mine = _window_of(beams, place, part_half, faces.turn, centre, corners)
+            mine = window_of(beams, place, part_half, faces.turn, centre, corners)
             if mine.width < 0.0:
                 continue
             columns = _columns_between(beams, mine.left, mine.width)

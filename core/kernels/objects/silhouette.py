@@ -1,9 +1,8 @@
-"""Find the rays that enter an object row by row from the outline of its parts, where rows are straight in an image.
+"""Find the rays of an image that enter an object, by the sides of its parts: planes through the sensor.
 
-The rows of a pinhole camera are, and the azimuths of a sector are upright lines. The image of a box is convex, so the
-rays of a row that enter it lie between two places where the row crosses edges of the box. Rays nearer to such a place
-than any rounding are tried one by one, with the numbers of `nearest`, and so are all of them where a range ends within
-the box. Rays of a bent lens are taken tile by tile (`kernels.rays.tiles`).
+In the even rows and columns of a pinhole a side is a straight line, so the rays of a row that enter a part lie between
+two columns, which are found for all rows at once. Rays nearer to a side than any rounding are tried one by one, with
+the numbers of `nearest`. Rays of bent lenses and of sectors are taken tile by tile (`kernels.rays.tiles`).
 """
 
 from __future__ import annotations
@@ -25,72 +24,74 @@ from riglens.core.kernels.objects.box_frames import (
     set_turn,
     start_of,
 )
-from riglens.core.kernels.objects.nearest import find_entries
+from riglens.core.kernels.objects.nearest import cone_of, find_entries, is_apart, place_after, window_of
 from riglens.core.kernels.objects.part_sides import set_sides
-from riglens.core.kernels.objects.windows import corners_of, place_at
+from riglens.core.kernels.objects.windows import place_at
 from riglens.core.kernels.rays.lattice import Direction
 from riglens.core.kernels.rays.tiles import (
     AFTER,
+    AXIS,
     COLUMN,
     COLUMNS,
+    COSINE,
     IS_FULL,
     OWN_RAYS,
     ROW,
+    SIDE_BLUR,
+    SINE,
     cuts_of,
     rows_of,
-    span_of,
+    set_spans,
 )
+from riglens.core.kernels.runtime.codes import MOST_PARTS
 from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined
-from riglens.core.kernels.voxels.bits import FULL_WORD, level_mask
+from riglens.core.kernels.voxels.bits import level_mask, mask_of
 
-_BLUR = 1e-9
-"""Rows nearer than this to a corner of an outline, relative to 1 + their place, are tried ray by ray."""
-_STEEPEST = 1e3
-"""Slope, columns per row, of an edge beyond which the rows that cross it are tried ray by ray, too."""
-_BLUR_ACROSS = 2.0 * _STEEPEST * _BLUR
-_AHEAD_M, _FAR_M, _THIN_M = 0.1, 1e4, 1e-3
-"""Distance to the plane of the camera at which boxes are cut. Boxes that may come nearer within the picture, and
-farther or thinner ones, are left to `nearest`."""
-_CORNERS, _CUTS = 8, 6
 _WIDER = 1.0 + 1e-9
 """Distances are compared with ranges with as much room."""
-
+_WIDEST = 0.25
+"""Room of a side in columns beyond which it is a level one, which takes or leaves rows as a whole."""
+_FEW = 16
+"""Rows of a box up to which its parts have no rows of their own."""
 
 NOT_DRAWN, DRAWN, TESTED, HIDING = 0, 1, 2, 3
-"""Results of `draw_box`: the outline cannot decide; it did; each ray in it was tried against the ranges, too; it did,
-for a box that is out of range for its class, but hides what is behind it."""
+"""Results of `draw_box`: the sides cannot decide; they did; each ray was tried against the range for its class, too;
+they did, for a box that is out of range for its class, but hides what is behind it."""
 
 
 class Outline(NamedTuple):
-    """Room for the image of a box: faces of a part; centre (3,), corners (8, 3); along, across (14,): places of the
-    corners along the rows of the image and across them, and from the ninth on of where edges are cut; ahead (14,): the
-    corner that is left of such an edge; low, high (rows,): where a row enters and leaves a part; is_close (rows,):
-    whether its rays are to be tried; mask (2, rows * words) uint64: bits for each ray that enters the box, and for
-    those that do within the range of its class; bounds (4,): first and end row and word of the mask; run (columns,): of
-    the rays that are tried, 1 / t at which they enter, or 0."""
+    """Room for the image of a box: faces of a part; centre (3,), corners (8, 3). Of a pinhole, in columns: low, high
+    (rows,) between which rays of a row enter a part; begin, end int32 (MOST_PARTS, rows) the first and end column of
+    those; first, last int32 (rows,) of all parts; is_split (rows,): whether parts may leave a gap there. mask (2, rows
+    * words) uint64: bits for each ray that enters the box, and for those that do within the range of its class; bounds
+    (4,): first and end row and word of the mask; tiles (t,): those that may show it; run (columns,): of the rays that
+    are tried, 1 / t at which they enter, or 0."""
 
     faces: Faces
     centre: np.ndarray
     corners: np.ndarray
-    along: np.ndarray
-    across: np.ndarray
-    ahead: np.ndarray
     low: np.ndarray
     high: np.ndarray
-    is_close: np.ndarray
+    begin: np.ndarray
+    end: np.ndarray
+    first: np.ndarray
+    last: np.ndarray
+    is_split: np.ndarray
     mask: np.ndarray
     bounds: np.ndarray
+    tiles: np.ndarray
     run: np.ndarray
 
 
 @kernel
-def outline_for(faces: Faces, rows: int, columns: int) -> Outline:
-    """Return room for a lattice of `rows` rows and `columns` columns."""
-    places = _CORNERS + _CUTS
+def outline_for(faces: Faces, beams: Beams) -> Outline:
+    """Return room for the rays of a sensor."""
+    rows, columns = beams.row_of.size, beams.columns
     return Outline(
-        faces, np.empty(3), np.empty((_CORNERS, 3)), np.empty(places), np.empty(places), np.empty(places, np.int64),
-        np.empty(rows), np.empty(rows), np.empty(rows, np.bool_), np.zeros((2, rows * words_of(columns)), np.uint64),
-        np.zeros(4, np.int64), np.empty(columns),
+        faces, np.empty(3), np.empty((8, 3)), np.empty(rows), np.empty(rows),
+        np.empty((MOST_PARTS, rows), np.int32), np.empty((MOST_PARTS, rows), np.int32), np.empty(rows, np.int32),
+        np.empty(rows, np.int32), np.empty(rows, np.bool_), np.zeros((2, rows * words_of(columns)), np.uint64),
+        np.zeros(4, np.int64), np.empty(beams.tiles.shape[0], np.int64), np.empty(columns),
     )  # fmt: skip
 
 
@@ -101,33 +102,159 @@ def words_of(columns: int) -> int:
 
 
 @lean_inlined
+def set_view(traffic: FrameBoxes, beams: Beams, box: int, rotation: np.ndarray, to: Outline) -> None:
+    """Write the rows and words of a pinhole's picture in which a box may be, to the bounds."""
+    set_turn(traffic, rotation, box, to.faces.turn)
+    start, bounds = start_of(traffic, beams, box), to.bounds
+    window = window_of(beams, start, half_of(traffic, box), to.faces.turn, to.centre, to.corners)
+    bounds[:] = 0
+    if window.width < 0.0:
+        return
+    column, last = (
+        place_at(beams.column_at, window.left),
+        place_after(beams.column_at, window.left + window.width),
+    )
+    if column < last:
+        bounds[0], bounds[1] = place_at(beams.row_at, window.low), place_after(beams.row_at, window.high)
+        bounds[2], bounds[3] = column >> 6, (last + 63) >> 6
+
+
+@lean_inlined
+def find_spans(traffic: FrameBoxes, beams: Beams, box: int, rotation: np.ndarray, to: Outline) -> bool:
+    """Write the columns of a pinhole between which rays enter a box, in the rows of the bounds; return whether its
+    sides decide."""
+    start, bounds, (part, last) = start_of(traffic, beams, box), to.bounds, parts_of(traffic, box)
+    set_turn(traffic, rotation, box, to.faces.turn)
+    for row in range(bounds[0], bounds[1]):
+        to.first[row], to.last[row], to.is_split[row] = 0, 0, False
+    for place in range(last - part):
+        middle, half = bounds_of(traffic, part + place)
+        mine = (start[0] - middle[0], start[1] - middle[1], start[2] - middle[2])
+        row, end = bounds[0], bounds[1]
+        if end - row > _FEW:
+            window = window_of(beams, mine, half, to.faces.turn, to.centre, to.corners)
+            row, end = place_at(beams.row_at, window.low), place_after(beams.row_at, window.high)
+            row, end = max(row, bounds[0]), min(end, bounds[1])
+            if window.width < 0.0:
+                end = row
+            to.begin[place, bounds[0] : bounds[1]] = to.end[place, bounds[0] : bounds[1]] = 0
+        set_faces(mine, half, to.faces)
+        if not _set_spans(beams, place, row, end, to):
+            return False
+    return True
+
+
+@lean_inlined
+def _set_spans(beams: Beams, part: int, first: int, end: int, to: Outline) -> bool:
+    """Write the columns between which rays enter a part, in some rows, and add them to those of the box; return whether
+    its sides decide."""
+    room = _set_limits(beams, first, end, to)
+    if room < 0.0:
+        return False
+    columns, unsure, low, high = np.int32(beams.columns), 0, to.low, to.high
+    for row in range(np.uint64(first), np.uint64(end)):
+        a, b = low[row], high[row]
+        # from -0.5 to columns + 0.5: beyond these are no rays, so nothing to be tried
+        i, j = np.int32(a), np.int32(b)
+        unsure += _is_unsure(a - i, room) | _is_unsure(b - j, room)
+        i, j = min(i + np.int32(a > i), columns), min(j + np.int32(b > j), columns)
+        to.begin[part, row], to.end[part, row] = i, max(i, j)
+    if unsure > 0:
+        _settle_unsure(beams, part, first, end, room, to)
+    for row in range(np.uint64(first), np.uint64(end)):
+        i, j, left, right = to.begin[part, row], to.end[part, row], to.first[row], to.last[row]
+        exists, is_first = i < j, right <= left
+        to.is_split[row] |= exists & (not is_first) & ((i > right) | (j < left))
+        to.first[row] = i if exists & (is_first | (i < left)) else left
+        to.last[row] = j if exists & (is_first | (j > right)) else right
+    return True
+
+
+@lean_inlined
+def _is_unsure(over: float, room: float) -> bool:
+    """Return whether a place, that much over a column, is too near to one for certainty."""
+    return (abs(over) <= room) | (over >= 1.0 - room)
+
+
+@lean_inlined
+def _set_limits(beams: Beams, first: int, end: int, to: Outline) -> float:
+    """Write low and high of some rows; return the room around these in which rays are to be tried, or -1 where whole
+    rows are."""
+    columns, at, z = beams.columns, beams.column_at, beams.row_at
+    step = (at[columns - 1] - at[0]) / (columns - 1) if columns > 1 else 1.0
+    widest, room, unsure = max(abs(at[0]), abs(at[columns - 1])), 0.0, 0
+    low, high = to.low, to.high
+    for row in range(np.uint64(first), np.uint64(end)):
+        low[row], high[row] = -0.5, columns + 0.5
+    for side in range(set_sides(0.0, np.inf, to.faces)):
+        plane = to.faces.sides.plane[side]
+        p, q, r = plane[0], plane[1], plane[2]
+        if abs(q) * step * _WIDEST <= SIDE_BLUR:
+            blur = abs(q) * widest + SIDE_BLUR
+            for row in range(np.uint64(first), np.uint64(end)):
+                inner = p + r * z[row]
+                unsure += abs(inner) <= blur
+                low[row] = columns + 0.5 if inner < 0.0 else low[row]
+            continue
+        room = max(room, SIDE_BLUR / (abs(q) * step))
+        begin, slope = (-p / q - at[0]) / step, -r / (q * step)
+        if q > 0.0:
+            for row in range(np.uint64(first), np.uint64(end)):
+                place = begin + slope * z[row]
+                place = place if place < columns + 0.5 else columns + 0.5
+                low[row] = place if place > low[row] else low[row]
+        else:
+            for row in range(np.uint64(first), np.uint64(end)):
+                place = begin + slope * z[row]
+                place = place if place > -0.5 else -0.5
+                high[row] = place if place < high[row] else high[row]
+    return -1.0 if unsure > 0 else room
+
+
+@lean
+def _settle_unsure(beams: Beams, part: int, first: int, end: int, room: float, to: Outline) -> None:
+    """Try the rays that are too near to low or high of a row, one each at most."""
+    for row in range(first, end):
+        column = int(np.rint(to.low[row]))
+        if abs(to.low[row] - column) <= room and 0 <= column < beams.columns:
+            to.begin[part, row] = column if _enters(beams, row, column, to) else column + 1
+        column = int(np.rint(to.high[row]))
+        if abs(to.high[row] - column) <= room and 0 <= column < beams.columns:
+            to.end[part, row] = column + 1 if _enters(beams, row, column, to) else column
+        to.end[part, row] = max(to.begin[part, row], to.end[part, row])
+
+
+@lean_inlined
+def _enters(beams: Beams, row: int, column: int, to: Outline) -> bool:
+    find_entries(beams, to.faces, row, column, 1, to.run)
+    return bool(to.run[0] > 0.0)
+
+
+@lean_inlined
+def spans_mask(parts: int, row: int, word: int, to: Outline) -> np.uint64:
+    """Return the bits of the rays of a word of a row that enter a box."""
+    if not to.is_split[row]:
+        return mask_of(to.first[row], to.last[row] - 1, word)
+    mask = np.uint64(0)
+    for part in range(parts):
+        mask |= mask_of(to.begin[part, row], to.end[part, row] - 1, word)
+    return mask
+
+
+@lean_inlined
 def draw_box(traffic: FrameBoxes, beams: Beams, box: int, rotation: np.ndarray, to: Outline) -> int:
-    """Set the bits of the rays that enter a box, and where they are TESTED also of those that do
-    within the range of its class; return NOT_DRAWN where the outline cannot decide."""
+    """Set the bits of the rays that enter a box, and where they are TESTED also of those that do within the range of
+    its class; return NOT_DRAWN where the sides cannot decide."""
     if beams.row_at.size == 0:
-        return draw_by_tiles(traffic, beams, box, rotation, to) if beams.limits.size == 0 else NOT_DRAWN
-    start, half, turn = start_of(traffic, beams, box), half_of(traffic, box), to.faces.turn
-    set_turn(traffic, rotation, box, turn)
-    found = _way_of(traffic, beams, box, start)
-    if found == NOT_DRAWN:
-        return found
-    count, bounds, words = _project(beams, start, half, to), to.bounds, words_of(beams.columns)
-    row, end = _places_between(beams.row_at, to.across, count, to)
-    column, last = _columns_between(beams, count, row, end, to)
-    bounds[0], bounds[1], bounds[2], bounds[3] = row, end, column >> 6, (last + 63) >> 6
-    if row >= end or column >= last:
-        bounds[1] = row
-        return found
-    to.mask[0, row * words : end * words] = 0
-    if found == TESTED:
-        to.mask[1, row * words : end * words] = 0
-    for part in range(*parts_of(traffic, box)):
-        middle, part_half = bounds_of(traffic, part)
-        place = (start[0] - middle[0], start[1] - middle[1], start[2] - middle[2])
-        count = _project(beams, place, part_half, to)
-        set_faces(place, part_half, to.faces)
-        _draw_part(traffic, beams, box, found == TESTED, count, column, last, to)
-    return found
+        return draw_by_tiles(traffic, beams, box, rotation, to) if beams.limits.shape[1] <= 1 else NOT_DRAWN
+    set_view(traffic, beams, box, rotation, to)
+    if not find_spans(traffic, beams, box, rotation, to):
+        return NOT_DRAWN
+    bounds, words, (part, last) = to.bounds, words_of(beams.columns), parts_of(traffic, box)
+    for row in range(bounds[0], bounds[1]):
+        for word in range(bounds[2], bounds[3]):
+            to.mask[0, row * words + word] = spans_mask(last - part, row, word, to)
+    return DRAWN
 
 
 @lean
@@ -135,27 +262,46 @@ def draw_by_tiles(traffic: FrameBoxes, beams: Beams, box: int, rotation: np.ndar
     """As `draw_box`, for rays in any directions: those of a tile enter a part, miss it, or are cut row by row."""
     start, bounds, words = start_of(traffic, beams, box), to.bounds, words_of(beams.columns)
     set_turn(traffic, rotation, box, to.faces.turn)
+    way, limit = _way_of(traffic, beams, box, start), limit_of(traffic, beams, box, 0)
     for row in range(bounds[0], bounds[1]):  # of the box before
-        to.mask[0, row * words + bounds[2] : row * words + bounds[3]] = 0
+        to.mask[:, row * words + bounds[2] : row * words + bounds[3]] = 0
     bounds[0], bounds[1], bounds[2], bounds[3] = beams.row_of.size, 0, words, 0
+    near = _list_tiles(beams, start, half_of(traffic, box), to)
     for part in range(*parts_of(traffic, box)):
         middle, part_half = bounds_of(traffic, part)
         place = (start[0] - middle[0], start[1] - middle[1], start[2] - middle[2])
         set_faces(place, part_half, to.faces)
-        sides, number = set_sides(beams.reach[0], beams.reach[1], to.faces), 0
-        while number < beams.tiles.shape[0]:
-            tile = beams.tiles[number]
+        sides = set_sides(beams.reach[0], beams.reach[1], to.faces)
+        for number in range(near):
+            tile = beams.tiles[to.tiles[number]]
             cuts = cuts_of(tile, sides, to.faces.sides)
-            number += 1
-            if cuts < 0:
-                number = int(tile[AFTER])
-            elif tile[OWN_RAYS] > 0.0:
-                _draw_tile(beams, tile, cuts, to)
-    return DRAWN
+            if cuts >= 0:
+                _draw_tile(beams, tile, cuts, way == TESTED, limit, to)
+    return way
 
 
 @lean_inlined
-def _draw_tile(beams: Beams, tile: np.ndarray, cuts: int, to: Outline) -> None:
+def _list_tiles(beams: Beams, start: Direction, half: Direction, to: Outline) -> int:
+    """List the tiles that may show a box, first by cones around both, then by its sides; return their number."""
+    set_centre(start, to.faces.turn, to.centre)
+    far, sine, cosine = cone_of(to.centre, half)
+    set_faces(start, half, to.faces)
+    sides, count, number = set_sides(0.0, np.inf, to.faces), 0, 0
+    while number < beams.tiles.shape[0]:
+        tile = beams.tiles[number]
+        number += 1
+        if is_apart(
+            tile[AXIS], tile[AXIS + 1], tile[AXIS + 2], tile[COSINE], tile[SINE], to.centre, far, sine, cosine
+        ) or cuts_of(tile, sides, to.faces.sides) < 0:  # fmt: skip
+            number = int(tile[AFTER])
+        elif tile[OWN_RAYS] > 0.0:
+            to.tiles[count] = number - 1
+            count += 1
+    return count
+
+
+@lean_inlined
+def _draw_tile(beams: Beams, tile: np.ndarray, cuts: int, is_tested: bool, limit: float, to: Outline) -> None:
     """Set the bits of the rays of a tile that enter a part; its columns share a word."""
     top, column, bounds, span = int(tile[ROW]), int(tile[COLUMN]), to.bounds, to.faces.sides.span
     places, word, words = rows_of(tile, cuts, to.faces.sides), column >> 6, words_of(beams.columns)
@@ -164,51 +310,41 @@ def _draw_tile(beams: Beams, tile: np.ndarray, cuts: int, to: Outline) -> None:
         return
     bounds[0], bounds[1] = min(bounds[0], first), max(bounds[1], end)
     bounds[2], bounds[3] = min(bounds[2], word), max(bounds[3], word + 1)
-    is_full, low = tile[IS_FULL] > 0.0, column & 63
+    is_full, low = tile[IS_FULL] > 0.0 and not is_tested, column & 63
     if cuts == 0 and is_full:
         mask = level_mask(low, low + int(tile[COLUMNS]) - 1)
         for row in range(first, end):
             to.mask[0, row * words + word] |= mask
         return
+    set_spans(tile, places, cuts, to.faces.sides)
     for row in range(first, end):
-        span_of(tile, row - top, cuts, to.faces.sides)
-        if is_full and span[2] < span[3]:
-            to.mask[0, row * words + word] |= level_mask(low + span[2], low + span[3] - 1)
-            if span[0] < span[2]:
-                _try_run(beams, row, column + span[0], column + span[2], False, 0.0, to)
-            if span[3] < span[1]:
-                _try_run(beams, row, column + span[3], column + span[1], False, 0.0, to)
-        elif span[0] < span[1]:
-            _try_run(beams, row, column + span[0], column + span[1], False, 0.0, to)
+        may, last_may = column + int(span[0, row - top]), column + int(span[1, row - top])
+        does, last = column + int(span[2, row - top]), column + int(span[3, row - top])
+        if is_full and does < last:
+            to.mask[0, row * words + word] |= level_mask(does & 63, (last - 1) & 63)
+            if may < does:
+                _try_run(beams, row, may, does, False, 0.0, to)
+            if last < last_may:
+                _try_run(beams, row, last, last_may, False, 0.0, to)
+        elif may < last_may:
+            _try_run(beams, row, may, last_may, is_tested, limit, to)
 
 
 @lean_inlined
 def _way_of(traffic: FrameBoxes, beams: Beams, box: int, start: Direction) -> int:
-    """Return NOT_DRAWN for a box that is so near that rays may meet it before they are as far
-    ahead as boxes are cut or as their range begins, or too far or too thin for outlines; TESTED
-    for one in which a range may end."""
-    half, thin, near2, far2, entry2 = half_of(traffic, box), np.inf, 0.0, 0.0, 0.0
-    is_endless = beams.limits.size == 0 and beams.reach[1] == np.inf
-    for axis in range(3):
-        near, far = max(abs(start[axis]) - half[axis], 0.0), abs(start[axis]) + half[axis]
-        near2, far2 = near2 + near * near, far2 + far * far
-    for part in range(*parts_of(traffic, box)):
-        middle, part_half = bounds_of(traffic, part)
-        thin = min(thin, part_half[0], part_half[1], part_half[2])
-        if not is_endless:
-            entry2 = max(entry2, _last_entry2(start, middle, part_half))
-    ahead = np.sqrt(near2) * beams.field[0]
-    if not (ahead > 1.001 * _AHEAD_M and far2 < _FAR_M * _FAR_M and 2.0 * thin >= _THIN_M):
-        return NOT_DRAWN
-    limit, least = limit_of(traffic, beams, box, 0) * _WIDER, beams.reach[0] * _WIDER
-    if near2 <= least * least:
-        return NOT_DRAWN
-    if is_endless:
+    """Return TESTED for a box in which the range for its class may end, HIDING for one beyond it."""
+    if beams.limits.size == 0:
         return DRAWN
-    if entry2 * _WIDER**2 >= beams.reach[1] * beams.reach[1]:
-        return TESTED
+    half, near2, entry2 = half_of(traffic, box), 0.0, 0.0
+    for axis in range(3):
+        near = max(abs(start[axis]) - half[axis], 0.0)
+        near2 += near * near
+    limit = limit_of(traffic, beams, box, 0) * _WIDER
     if near2 > limit * limit:
         return HIDING
+    for part in range(*parts_of(traffic, box)):
+        middle, part_half = bounds_of(traffic, part)
+        entry2 = max(entry2, _last_entry2(start, middle, part_half))
     return TESTED if entry2 * _WIDER**4 >= limit * limit else DRAWN
 
 
@@ -229,160 +365,6 @@ def _last_entry2(start: Direction, middle: Direction, half: Direction) -> float:
 
 
 @lean_inlined
-def _project(beams: Beams, start: Direction, half: Direction, to: Outline) -> int:
-    """Project the corners of a box, in whose axes the sensor is at `start`, to the image plane, and behind them the
-    places where its edges are cut; return the number filled."""
-    set_centre(start, to.faces.turn, to.centre)
-    corners_of(to.centre, to.faces.turn, half, to.corners)
-    count, corners, is_sector = _CORNERS, to.corners, beams.squeeze.size > 0
-    for corner in range(_CORNERS):
-        x = corners[corner, 0]
-        if x >= _AHEAD_M:
-            y, z = corners[corner, 1] / x, corners[corner, 2] / x
-            to.along[corner], to.across[corner] = z if is_sector else y, y if is_sector else z
-            continue
-        for axis in range(3):
-            other = corner ^ (1 << axis)
-            far = corners[other, 0]
-            if far >= _AHEAD_M:
-                share = (_AHEAD_M - x) / (far - x)
-                y = (corners[corner, 1] + share * (corners[other, 1] - corners[corner, 1])) / _AHEAD_M
-                z = (corners[corner, 2] + share * (corners[other, 2] - corners[corner, 2])) / _AHEAD_M
-                to.along[count], to.across[count] = z if is_sector else y, y if is_sector else z
-                to.ahead[count] = other
-                count += 1
-    return count
-
-
-@lean_inlined
-def _extent(values: np.ndarray, count: int, to: Outline) -> tuple[float, float]:
-    """Return the least and the greatest of the places of all corners and cuts, a little more apart."""
-    low, high = np.inf, -np.inf
-    for corner in range(count):
-        if corner >= _CORNERS or to.corners[corner, 0] >= _AHEAD_M:
-            low, high = min(low, values[corner]), max(high, values[corner])
-    return low - _BLUR_ACROSS * (1.0 + abs(low)), high + _BLUR_ACROSS * (1.0 + abs(high))
-
-
-@lean_inlined
-def _places_between(at: np.ndarray, values: np.ndarray, count: int, to: Outline) -> tuple[int, int]:
-    """Return the first and end place of rising numbers between the places of all corners and cuts, a little more
-    apart."""
-    low, high = _extent(values, count, to)
-    return (place_at(at, low), place_at(at, high)) if low <= high else (0, 0)
-
-
-@lean_inlined
-def _columns_between(beams: Beams, count: int, row: int, end: int, to: Outline) -> tuple[int, int]:
-    """Return the first and end column in which rows before `end` may meet a box."""
-    low, high = _extent(to.along, count, to)
-    if not low <= high or row >= end:
-        return 0, 0
-    if beams.squeeze.size > 0:  # least at one of the outermost rows
-        least = min(beams.squeeze[row], beams.squeeze[end - 1])
-        low, high = low * (least if low > 0.0 else 1.0), high * (least if high < 0.0 else 1.0)
-    return place_at(beams.column_at, low), place_at(beams.column_at, high)
-
-
-@lean_inlined
-def _draw_part(
-    traffic: FrameBoxes, beams: Beams, box: int, is_tested: bool, count: int, column: int, last: int, to: Outline
-) -> None:  # fmt: skip
-    """Set the bits of the rays that enter a part of a box, between two columns."""
-    row, end = _places_between(beams.row_at, to.across, count, to)
-    for place in range(row, end):
-        to.low[place], to.high[place], to.is_close[place] = np.inf, -np.inf, False
-    for corner in range(_CORNERS):
-        for axis in range(3):
-            other = corner | (1 << axis)
-            if other != corner and min(to.corners[corner, 0], to.corners[other, 0]) >= _AHEAD_M:
-                _cross(beams, corner, other, to)
-    for cut in range(_CORNERS, count):
-        _cross(beams, to.ahead[cut], cut, to)
-        for other in range(_CORNERS, cut):
-            _cross(beams, other, cut, to)
-    for place in range(row, end):
-        limit = limit_of(traffic, beams, box, place) if is_tested else 0.0
-        if to.is_close[place]:
-            try_rays(beams, place, column, last, is_tested, limit, to)
-        elif to.low[place] <= to.high[place]:
-            _fill(beams, place, is_tested, limit, to)
-
-
-@lean_inlined
-def _cross(beams: Beams, one: int, other: int, to: Outline) -> None:
-    """Note where rows cross the edge between two corners."""
-    if to.across[one] > to.across[other]:
-        one, other = other, one
-    bottom, top, begin = to.across[one], to.across[other], to.along[one]
-    rise, run, row_at = top - bottom, to.along[other] - begin, beams.row_at
-    blur = _BLUR * (1.0 + max(abs(bottom), abs(top)))
-    row = place_at(row_at, bottom - blur)
-    is_steep = abs(run) > _STEEPEST * rise
-    slope = run / rise if rise > 0.0 else 0.0
-    while row < row_at.size and row_at[row] <= top + blur:
-        at = row_at[row]
-        if is_steep or at < bottom + blur or at > top - blur:
-            to.is_close[row] = True
-        crossed = begin + (at - bottom) * slope
-        to.low[row], to.high[row] = min(to.low[row], crossed), max(to.high[row], crossed)
-        row += 1
-
-
-@lean_inlined
-def _fill(beams: Beams, row: int, is_tested: bool, limit: float, to: Outline) -> None:
-    """Set the bits of a row between its two crossings."""
-    at, low, high = beams.column_at, to.low[row], to.high[row]
-    if beams.squeeze.size > 0:
-        low, high = low * beams.squeeze[row], high * beams.squeeze[row]
-    low_blur, high_blur = _BLUR_ACROSS * (1.0 + abs(low)), _BLUR_ACROSS * (1.0 + abs(high))
-    first = place_at(at, low - low_blur)
-    begin = first
-    while begin < at.size and at[begin] < low + low_blur:
-        begin += 1
-    end = max(begin, place_at(at, high - high_blur))
-    last = end
-    while last < at.size and at[last] <= high + high_blur:
-        last += 1
-    if begin < end:
-        if is_tested and not _are_near(beams, row, begin, end - 1, limit, to):
-            try_rays(beams, row, begin, end, is_tested, limit, to)
-        else:
-            _set_bits(to.mask[0], row * words_of(beams.columns), begin, end - 1)
-            if is_tested:
-                _set_bits(to.mask[1], row * words_of(beams.columns), begin, end - 1)
-    if first < begin:
-        try_rays(beams, row, first, begin, is_tested, limit, to)
-    if end < last:
-        try_rays(beams, row, end, last, is_tested, limit, to)
-
-
-@lean_inlined
-def _are_near(beams: Beams, row: int, first: int, last: int, limit: float, to: Outline) -> bool:
-    """Return whether all rays of a row from one to another enter a part well within a limit: then
-    both of these do, since what a ball around the sensor has of the part is convex, too."""
-    least = 1.0 / min(limit, beams.reach[1]) * _WIDER
-    find_entries(beams, to.faces, row, first, 1, to.run)
-    if not to.run[0] > least:
-        return False
-    find_entries(beams, to.faces, row, last, 1, to.run)
-    return bool(to.run[0] > least)
-
-
-@lean_inlined
-def _set_bits(mask: np.ndarray, base: int, first: int, last: int) -> None:
-    """Set bits first..last of a row whose words begin at `base`."""
-    word, end = first >> 6, last >> 6
-    if word == end:
-        mask[base + word] |= level_mask(first & 63, last & 63)
-        return
-    mask[base + word] |= level_mask(first & 63, 63)
-    for between in range(word + 1, end):
-        mask[base + between] = FULL_WORD
-    mask[base + end] |= level_mask(0, last & 63)
-
-
-@lean_inlined
 def _try_run(
     beams: Beams, row: int, column: int, last: int, is_tested: bool, limit: float, to: Outline
 ) -> None:  # fmt: skip
@@ -397,11 +379,3 @@ def _try_run(
             to.mask[0, word] |= bit
             if is_tested and limit * inverse >= 1.0:
                 to.mask[1, word] |= bit
-
-
-@lean
-def try_rays(
-    beams: Beams, row: int, column: int, last: int, is_tested: bool, limit: float, to: Outline
-) -> None:  # fmt: skip
-    """As `_try_run`, out of line: a row's ends seldom need it."""
-    _try_run(beams, row, column, last, is_tested, limit, to)

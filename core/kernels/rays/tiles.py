@@ -14,13 +14,16 @@ import numpy as np
 from riglens.core.kernels.runtime.jit import kernel, lean_inlined
 
 (
-    AXIS, BY_COLUMN, BY_ROW, BEND, LONGEST, ROW, COLUMN, ROWS, COLUMNS, AFTER, IS_FULL, OWN_RAYS
-) = 0, 3, 6, 9, 10, 11, 12, 13, 14, 15, 16, 17  # fmt: skip
-"""Places in a tile (FIELDS,). A ray of it, some multiple of its direction between 1 and LONGEST, is
-AXIS + BY_COLUMN (columns from the middle) + BY_ROW (rows from the middle) and at most BEND more. ROW, COLUMN: its
-first ones; ROWS, COLUMNS: how many; AFTER: the tile to go on with where this one is left out; IS_FULL: whether the lens
-has all of its rays; OWN_RAYS: how many it has of its own, 0 where it stands for the tiles behind it up to AFTER."""
-FIELDS = 18
+    AXIS, BY_COLUMN, BY_ROW, BEND, LONGEST, ROW, COLUMN, ROWS, COLUMNS, AFTER, IS_FULL, OWN_RAYS, COSINE, SINE
+) = 0, 3, 6, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19  # fmt: skip
+"""Places in a tile (FIELDS,). A ray of it, some multiple of its direction between 1 and LONGEST, is AXIS + BY_COLUMN
+(columns from the middle) + BY_ROW (rows from the middle) and at most BEND more. ROW, COLUMN: its first ones; ROWS,
+COLUMNS: how many; AFTER: the tile to go on with where this one is left out; IS_FULL: whether the lens has all of its
+rays; OWN_RAYS: how many it has of its own, 0 where it stands for the tiles behind it up to AFTER; COSINE, SINE of a
+cone around AXIS that holds all rays, times the length of AXIS."""
+FIELDS = 20
+TILE_ROWS = 16
+"""Rows of a tile that has rays of its own, at most."""
 MOST_SIDES = 32
 
 _SQRT2 = 1.4142135623730954
@@ -40,11 +43,11 @@ class TiledRays(NamedTuple):
 
 
 class Sides(NamedTuple):
-    """Room for the sides of something seen from a sensor: plane (k, 5): a ray d of the sensor's own axes, a unit vector
-    where the fourth number is not 0, is inside where plane[:3] d + plane[3] > 0, surely so above plane[4], and surely
-    not below -plane[4]; of those that cut a tile, cut (k, 5): the number at its middle, its steps by row and by column,
-    1 / the latter, and the room around 0 in which it decides nothing. span (4,), of a row of the tile: first and end
-    column that may be inside, and that surely are."""
+    """Room for the sides of something seen from a sensor: plane (k, 5): a ray d of the sensor's own axes, a unit
+    vector where the fourth number is not 0, is inside where plane[:3] d + plane[3] > 0, surely so above plane[4], and
+    surely not below -plane[4]; of those that cut a tile, cut (k, 5): the number at its middle, its steps by row and by
+    column, 1 / the latter, and the room around 0 in which it decides nothing. span (4, TILE_ROWS), of the rows of the
+    tile: first and end column that may be inside, and that surely are."""
 
     plane: np.ndarray
     cut: np.ndarray
@@ -54,7 +57,7 @@ class Sides(NamedTuple):
 @kernel
 def new_sides() -> Sides:
     """Return room for MOST_SIDES sides."""
-    return Sides(np.empty((MOST_SIDES, 5)), np.empty((MOST_SIDES, 5)), np.zeros(4, np.int64))
+    return Sides(np.empty((MOST_SIDES, 5)), np.empty((MOST_SIDES, 5)), np.zeros((4, TILE_ROWS)))
 
 
 @lean_inlined
@@ -83,23 +86,36 @@ def cuts_of(tile: np.ndarray, count: int, sides: Sides) -> int:
 
 
 @lean_inlined
-def span_of(tile: np.ndarray, row: int, cuts: int, sides: Sides) -> None:
-    """Write the span of a row of a tile, by its place in it."""
-    cut, end = sides.cut, tile[COLUMNS]
-    first_may, end_may, first_does, end_does = 0.0, end, 0.0, end
-    centre, up = 0.5 * (end - 1.0), row - 0.5 * (tile[ROWS] - 1.0)
+def set_spans(tile: np.ndarray, rows: tuple[int, int], cuts: int, sides: Sides) -> None:
+    """Write the spans of rows of a tile, from one to before another, by their places in it."""
+    cut, columns, first, end = sides.cut, tile[COLUMNS], np.uint64(rows[0]), np.uint64(rows[1])
+    first_may, end_may, first_does, end_does = sides.span[0], sides.span[1], sides.span[2], sides.span[3]
+    centre, middle = 0.5 * (columns - 1.0), 0.5 * (tile[ROWS] - 1.0)
+    for row in range(first, end):
+        first_may[row] = first_does[row] = 0.0
+        end_may[row] = end_does[row] = columns
     for k in range(cuts):
-        at, inverse, room = cut[k, 0] + up * cut[k, 1], cut[k, 3], cut[k, 4]
-        near, far = centre - (at + room) * inverse, centre - (at - room) * inverse
+        begin, slope, inverse, room = cut[k, 0], cut[k, 1], cut[k, 3], cut[k, 4]
         if cut[k, 2] > 0.0:
-            first_may, first_does = max(first_may, np.floor(near) + 1.0), max(first_does, np.floor(far) + 1.0)
+            for row in range(first, end):
+                at = begin + (np.int32(row) - middle) * slope
+                near, far = (
+                    np.floor(centre - (at + room) * inverse) + 1.0, np.floor(centre - (at - room) * inverse) + 1.0
+                )  # fmt: skip
+                first_may[row] = near if near > first_may[row] else first_may[row]
+                first_does[row] = far if far > first_does[row] else first_does[row]
         else:
-            end_may, end_does = min(end_may, np.ceil(near)), min(end_does, np.ceil(far))
-    span = sides.span
-    span[0], span[1] = int(min(first_may, end)), int(max(end_may, 0.0))
-    span[2], span[3] = int(min(first_does, end)), int(max(end_does, 0.0))
-    if span[2] >= span[3]:  # none for sure
-        span[2] = span[3] = span[1]
+            for row in range(first, end):
+                at = begin + (np.int32(row) - middle) * slope
+                near, far = np.ceil(centre - (at + room) * inverse), np.ceil(centre - (at - room) * inverse)
+                end_may[row] = near if near < end_may[row] else end_may[row]
+                end_does[row] = far if far < end_does[row] else end_does[row]
+    for row in range(first, end):
+        first_may[row] = first_may[row] if first_may[row] < columns else columns
+        end_may[row] = end_may[row] if end_may[row] > 0.0 else 0.0
+        is_none = not first_does[row] < end_does[row]  # for sure
+        first_does[row] = end_may[row] if is_none else first_does[row]
+        end_does[row] = end_may[row] if is_none else end_does[row]
 
 
 @lean_inlined
