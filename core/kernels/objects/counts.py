@@ -21,6 +21,7 @@ from riglens.core.kernels.objects.box_frames import (
     limit_of,
     local_direction,
     new_faces,
+    parts_of,
     ray_at,
     set_turn,
     start_of,
@@ -56,6 +57,8 @@ CELLS, FIRST_CELL, LAST_CELL = 4, 5, 8
 """Further rows of results on objects: distinct cells that rays enter (LiDARs), and along three axes, a row each, the
 first and the last of these (none: the last before the first)."""
 COLUMNS = 11
+_NEARLY = 1.0 - 1e-9
+"""Share of a bound that is below it for certain: far more room than rounding takes."""
 
 
 class Scratch(NamedTuple):
@@ -89,13 +92,24 @@ def is_in_range(traffic: FrameBoxes, beams: Beams, box: int, row: int, inverse: 
 
 
 @lean_inlined
-def cosine_of(traffic: FrameBoxes, part: int, start: Direction, along: Direction) -> float:
-    """Return the cosine of the angle between a ray, in the axes of an object, and the normal of the face by which it
-    enters a part; 1 for a ray that starts inside."""
+def overhang_of(traffic: FrameBoxes, part: int, start: Direction) -> Direction:
+    """Return by how much a place, in the axes of an object, is beyond a part along each of these; below 0: between its
+    faces."""
     middle, half = bounds_of(traffic, part)
+    return (
+        abs(start[0] - middle[0]) - half[0],
+        abs(start[1] - middle[1]) - half[1],
+        abs(start[2] - middle[2]) - half[2],
+    )
+
+
+@lean_inlined
+def cosine_of(over: Direction, along: Direction) -> float:
+    """Return the cosine of the angle between a ray, in the axes of an object, and the normal of the face by which it
+    enters a part, from a place that far beyond it; 1 for a ray that starts inside."""
     last, cosine = -np.inf, 1.0
     for axis in range(3):
-        s = abs(start[axis] - middle[axis]) - half[axis]
+        s = over[axis]
         if s > 0.0:  # the face entered is the one that is reached last
             at = s / abs(along[axis])
             if at > last:
@@ -107,8 +121,11 @@ def cosine_of(traffic: FrameBoxes, part: int, start: Direction, along: Direction
 def is_returned(t: float, half_m: float, width: float, cosine: float, chance: float) -> bool:
     """Return whether a ray returns from a face at t metres, against a chance in [0, 1); half_m: range at which half of
     them would from a face towards the sensor; width: of the logistic, relative to that."""
-    limit = half_m * np.sqrt(cosine)
-    return bool(chance < 1.0 / (1.0 + np.exp((t / limit - 1.0) / width)))
+    x = (t / (half_m * np.sqrt(cosine)) - 1.0) / width
+    least = 1.0 - x + 0.5 * x * x  # of exp(-x) for x below 0: most rays need no exponential
+    if x < 0.0 and chance * (1.0 + least) < least * _NEARLY:
+        return True
+    return bool(chance < 1.0 / (1.0 + np.exp(x)))
 
 
 @lean_inlined
@@ -126,6 +143,11 @@ def _take(
     canvas, words, turn, rays = scratch.canvas, words_of(beams.columns), scratch.outline.faces.turn, 0
     start, one = start_of(traffic, beams, box), sweep.ranks[box]
     set_turn(traffic, sweep.rotation, box, turn)
+    over, (first, last) = scratch.outline.corners, parts_of(traffic, box)
+    for part in range(first, last if beams.law.size > 0 else first):
+        over[part - first, 0], over[part - first, 1], over[part - first, 2] = overhang_of(
+            traffic, part, start
+        )
     for place in range(canvas.touched[0], canvas.touched[1]):
         base, before, low, high = place * beams.columns, rays, beams.columns, -1
         for column in range(canvas.spans[place, 0], canvas.spans[place, 1]):
@@ -145,7 +167,8 @@ def _take(
                 along, inverse = turned(turn, local_direction(beams, place, column)), canvas.inverse[slot]
                 if beams.law.size > 0:
                     word = mixed(sweep.key, np.uint64(ray_at(beams, place, column)))
-                    chance, cosine = unit(word), cosine_of(traffic, part, start, along)
+                    mine = over[part - first]
+                    chance, cosine = unit(word), cosine_of((mine[0], mine[1], mine[2]), along)
                     half_m, width = beams.law[traffic.cls[box]], beams.law[3]
                     if not is_returned(1.0 / inverse, half_m, width, cosine, chance):
                         continue

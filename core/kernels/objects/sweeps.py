@@ -24,7 +24,7 @@ from riglens.core.kernels.objects.box_frames import (
     start_of,
     turned,
 )
-from riglens.core.kernels.objects.counts import cosine_of, is_returned, spun, wipe
+from riglens.core.kernels.objects.counts import cosine_of, is_returned, overhang_of, spun, wipe
 from riglens.core.kernels.objects.images import is_stopped
 from riglens.core.kernels.objects.nearest import meet_frame
 from riglens.core.kernels.rays.lattice import Direction, rotated, rotated_back
@@ -177,7 +177,7 @@ def _note_returns(
             if part >= 0:
                 box = box_of(part)
                 along, s = turned(turns[box], local), starts[box]
-                cosine = cosine_of(traffic, part, (s[0], s[1], s[2]), along)
+                cosine = cosine_of(overhang_of(traffic, part, (s[0], s[1], s[2])), along)
                 deep, bright, what = reflectivity.soft[traffic.kind[box]], reflectivity.bright[box], STATIC
                 if box < reflectivity.users:
                     what = box
