@@ -118,7 +118,7 @@ class TargetCaster:
     def with_workers(self, workers: int) -> TargetCaster:
         """Return a caster with another number of workers that shares the boxes of this one."""
         other = copy.copy(self)
-        other._workers = workers
+        other._workers, other._scratch = workers, _scratch(workers, 0)
         return other
 
     def _boxes_of(self, shape: Shape) -> FrameBoxes:

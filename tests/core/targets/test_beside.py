@@ -60,3 +60,17 @@ def test_engines_that_take_turns_count_as_alone():
         frames = 12 if step % 3 else 5
         found = engines[turn].evaluate(rig, frames=frames)
         assert same(found, TargetEngine(world, threads=1).evaluate(rig, frames=frames))
+
+
+def test_an_engine_of_one_thread_beside_one_of_several_counts_as_alone():
+    rng = np.random.default_rng(6)
+    world, rig = random_traffic(rng, 12), random_rig(rng, 4)
+    engine = TargetEngine(world, threads=2)
+    for sensor in rig.sensors:
+        here, there = (
+            rig.with_sensor(sensor.name, sensor.replace(position=(x, 0.5, 1.8), enabled=True))
+            for x in (0.5, 1.5)
+        )
+        engine.evaluate(here)
+        found = engine.beside(threads=1).evaluate(there)
+        assert same(found, TargetEngine(world, threads=1).evaluate(there))
