@@ -179,9 +179,14 @@ def words(text: str) -> set[str]:
 
 
 CAR = words("body height housings length mesh rear_axle_x rig_name width")
-SENSOR = {"Field of view", "Rays"} | words(
-    "blocked.count copy_pose enabled model name paste_pose pitch range_m.from range_m.to"
-    " reset_pose roll unit_angle unit_length x y yaw z"
+ANGLES, PLACE = ({f"{name}.{n}" for n in range(3)} for name in ("rpy_deg", "position"))
+SENSOR = (
+    {"Field of view", "Rays"}
+    | ANGLES
+    | PLACE
+    | words(
+        "blocked.count copy_pose enabled model name paste_pose range_m.0 range_m.1 reset_pose unit_angle unit_length"
+    )
 )
 LIDAR_ROWS = {"Azimuth offsets", "Resolution", "azimuth_offsets_deg.list", "rays.way"} | {
     f"{name}_deg.{part}" for name in ("azimuths", "elevations") for part in ("count", "from", "to", "way")
@@ -195,16 +200,14 @@ LENS = {
     "Pedestrian",
     "Pixels tall at",
     "Resolution",
-} | words("cast.columns cast.rows cast.way distortion.way image.height image.width lens.way")
-SECTOR = {f"{name}_deg.{end}" for name in ("azimuth", "elevation") for end in ("from", "to")} | {"step_deg"}
-STRENGTHS = {f"cross_sections_dbsm.{name}" for name in CLASSES} | {"reference_dbsm"}
+} | words("cast.0 cast.1 cast.way distortion.way image.0 image.1 lens.way")
+SECTOR = {f"{name}_deg.{end}" for name in ("azimuth", "elevation") for end in range(2)} | {"step_deg"}
+STRENGTHS = {f"cross_sections_dbsm.{n}" for n in range(len(CLASSES))} | {"reference_dbsm"}
 RADAR_ROWS = (
     SECTOR | STRENGTHS | {"Longest range", "range_m", "resolution_deg", "resolution_m", "scans.count"}
 )
 FISHEYE = {f"distortion.KannalaBrandt.k{n}" for n in range(1, 5)} | {"cx", "cy", "fx", "fy"}
-MESH = {f"offset.{axis}" for axis in "xyz"} | {"mesh_fit", "mesh_size", "scale"} | {
-    f"rpy_deg.{axis}" for axis in ("roll", "pitch", "yaw")
-}  # fmt: skip
+MESH = {f"offset.{n}" for n in range(3)} | {"mesh_fit", "mesh_size", "scale"} | ANGLES
 READ = {"copy_pose", "unit_angle", "unit_length", "Azimuth offsets", "Field of view", "Rays", "Resolution"}
 ONE = words("align_centre copy cut delete duplicate enable fail hide lock mirror place rename")
 ALIGNED = {f"align_{way}" for way in ("front", "height", "left", "rear", "right")}
@@ -284,7 +287,15 @@ def rows_of(bench: Bench) -> dict[str, bool]:
     shown = [
         one for one in inspector.findChildren(QWidget) if one.isVisibleTo(inspector) and one.objectName()
     ]
-    return {one.objectName(): one.isEnabled() for one in shown if not one.objectName().startswith("qt_")}
+    return {key_of(one): one.isEnabled() for one in shown if not one.objectName().startswith("qt_")}
+
+
+def key_of(widget: QWidget) -> str:
+    """What finds an input whatever its captions say: items of a field by their places, not by their words."""
+    match widget:
+        case ValueEdit(path=(*_, str(name), int(place))):
+            return f"{name}.{place}"
+    return widget.objectName()
 
 
 def test_a_state_looks_the_same_whatever_came_before_and_reaches_all_that_shows_it(whole: Bench) -> None:

@@ -238,7 +238,7 @@ class ModelRows:
     ) -> QWidget:
         """Add the items of a tuple side by side; the description names them up to its semicolon."""
         items = [_plain(item) for item in get_args(kind.plain)]
-        named = [part.split()[0] for part in tip.split(";")[0].split(",") if part.strip()]
+        named = [part.split()[0].strip(".").lower() for part in tip.split(";")[0].split(",") if part.strip()]
         names = named if len(named) == len(items) else [str(place) for place in range(len(items))]
         between = "×" if items[0] is int else names[1] if len(items) == _PER_ROW else ""
         line: list[QWidget] = []
