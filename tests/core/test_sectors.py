@@ -214,7 +214,7 @@ def test_a_bumpers_skin_lets_radar_pass_and_the_rest_of_the_body_does_not() -> N
     behind_skin = radar((car.length / 2.0 - 0.05, 0.0, 0.5), NEAR)
     (ahead,) = audit(Engine(field), Rig(vehicle=car, sensors=(behind_skin,))).sensors
     (back,) = audit(
-        field, Rig(vehicle=car, sensors=(behind_skin.replace(rpy_deg=(0.0, 0.0, 180.0)),))
+        Engine(field), Rig(vehicle=car, sensors=(behind_skin.replace(rpy_deg=(0.0, 0.0, 180.0)),))
     ).sensors
     assert ahead.shares["hits_car"] < 0.05 < 0.9 < back.shares["hits_car"]
 
