@@ -30,7 +30,7 @@ def study_command(name: str) -> Callable[..., None]:
         json: str | None = None,
     ) -> None:
         require_outputs([path for path in vars(options).values() if isinstance(path, Path)], json)
-        found = study.run(options, Job(scene, score, out, TERMINAL), *given)
+        found = STUDIES[name].run(options, Job(scene, score, out, TERMINAL), *given)
         if found.document is None:
             show(found.blocks, found.beside)
         else:
