@@ -44,7 +44,8 @@ def open_window(rig: Rig, folder: Path) -> None:
             if isinstance(window, MainWindow) and window.features.targets.is_current:
                 QApplication.exit(0)
 
-    timer = QTimer()
+    app = QApplication(["riglens"])  # before the timer, which would never start without it
+    timer = QTimer(app)
     timer.timeout.connect(look)
     timer.start(20)
     open_on(OpenedRig(rig), SceneOptions(), ScoreOptions(threads=THREADS))
