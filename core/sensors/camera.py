@@ -171,6 +171,14 @@ def project_px(camera: Camera, points: Doubles) -> Doubles:
     return np.asarray(plane * np.array([fx_px, fy_px]) + np.array([cx_px, cy_px]))
 
 
+def picture_slopes(camera: Camera) -> Doubles:
+    """Return the least and greatest y / x, then z / x, of rays within the picture of a pinhole, (4,), in the sensor
+    frame."""
+    fx_px, fy_px, cx_px, cy_px = camera.intrinsics_px()
+    width_px, height_px = camera.image
+    return np.array([(cx_px - width_px) / fx_px, cx_px / fx_px, (cy_px - height_px) / fy_px, cy_px / fy_px])
+
+
 def field_of_view_deg(camera: Camera) -> tuple[float, float]:
     """Return the angles in degrees that the image spans along its middle row and column; NaN: beyond the lens."""
     width_px, height_px = camera.image

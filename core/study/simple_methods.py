@@ -22,6 +22,7 @@ from riglens.core.rig.model import Camera, Lidar, Rig, Sensor
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.sensing.rays import is_listed, sensor_rays
+from riglens.core.sensors.camera import picture_slopes
 
 KINDS = ("camera", "lidar")
 """The two kinds of the paper, on which methods are compared: rows of their sums."""
@@ -126,7 +127,7 @@ class VoxelTests:
         seen, workers = self._start()
         for camera in rig.enabled_cameras():
             where, tested = _placed(camera, self._field.grid), Tested(self._voxels, FLAGS["camera"])
-            approximate.camera_centres(where, _image_edges(camera), tested, workers, seen)
+            approximate.camera_centres(where, picture_slopes(camera), tested, workers, seen)
         for lidar in rig.enabled_lidars():
             where, tested = _placed(lidar, self._field.grid), Tested(self._voxels, FLAGS["lidar"])
             tangents = _tangents(lidar)
@@ -154,13 +155,6 @@ def _lens(camera: Camera) -> NDArray[np.float64]:
     (width, height), (columns, rows) = camera.image, camera.resolution
     across = (cx_px * (columns / width) - 0.5, fx_px * (columns / width), float(columns))
     return np.array([*across, cy_px * (rows / height) - 0.5, fy_px * (rows / height), float(rows)])
-
-
-def _image_edges(camera: Camera) -> NDArray[np.float64]:
-    """Return y / x from, to, z / x from, to at the edges of the image."""
-    fx_px, fy_px, cx_px, cy_px = camera.intrinsics_px()
-    width_px, height_px = camera.image
-    return np.array([(cx_px - width_px) / fx_px, cx_px / fx_px, (cy_px - height_px) / fy_px, cy_px / fy_px])
 
 
 def _tangents(lidar: Lidar) -> NDArray[np.float64]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from riglens.core.kernels.objects import truncation as kernel
 from riglens.core.kernels.objects.box_frames import Beams, FrameBoxes
 from riglens.core.rig.model import Camera
-from riglens.core.sensors.camera import pixel_directions, project_px
+from riglens.core.sensors.camera import picture_slopes, pixel_directions, project_px
 
 Doubles = NDArray[np.float64]
 Ids = NDArray[np.int64]
@@ -44,7 +44,7 @@ def _shares(camera: Camera, boxes: FrameBoxes, beams: Beams, objects: Ids) -> Do
             beams,
             objects,
             True,
-            _edges(camera),
+            picture_slopes(camera),
             _NEVER,
             share,
             np.empty(len(objects), np.int64),
@@ -66,16 +66,9 @@ def _shares(camera: Camera, boxes: FrameBoxes, beams: Beams, objects: Ids) -> Do
     return np.concatenate([np.zeros(0), *found])
 
 
-def _edges(camera: Camera) -> Doubles:
-    """Return the least and greatest slope to the left, then upwards, of the picture of a pinhole."""
-    fx_px, fy_px, cx_px, cy_px = camera.intrinsics_px()
-    width_px, height_px = camera.image
-    return np.array([(cx_px - width_px) / fx_px, cx_px / fx_px, (cy_px - height_px) / fy_px, cy_px / fy_px])
-
-
 def _held(camera: Camera) -> tuple[Doubles, float]:
-    """Return what the picture of a lens holds for certain: the least and greatest slopes of a rectangle, as `_edges`,
-    and the cosine of the half angle of a cone around the view."""
+    """Return what the picture of a lens holds for certain: the least and greatest slopes of a rectangle, as
+    `picture_slopes`, and the cosine of the half angle of a cone around the view."""
     width_px, height_px = camera.image
     u, v = (np.linspace(0.0, size, 64) for size in (width_px, height_px))
     sides = [np.column_stack([np.full(64, end), v]) for end in (width_px, 0.0)] + [
