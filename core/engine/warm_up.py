@@ -172,7 +172,7 @@ HALVES = {"fans": Halves(compile_fans, compile_sums), "cameras": Halves(compile_
 
 
 def halves_of(rig: Rig) -> str | None:
-    """Return the name of the halves that serve a rig; None where there is too little to share."""
+    """Return the name of the halves to compile for a rig, or None if there is too little work to split."""
     if needs_fans(rig):
         return "fans"
     return "cameras" if rig.enabled_cameras() else None

@@ -175,8 +175,8 @@ class ObjectFigure(Figure):
     # ------------------------------------------------------------ changes
     def cells(self, now: Counted, before: Counted, by: By = "all", in_detail: bool = True) -> Cells:
         """Return the figure of a rig by part, with its change from a baseline in the same frames, object by object.
-        The first row is all classes together. in_detail: with its parts by kind and the error in other traffic, which
-        is else that of the sample."""
+        The first row is all classes together. in_detail: with its parts by kind and the error in other traffic;
+        otherwise that error is the sampling error."""
         mine, theirs = self.values(now), self.values(before)
         mine, theirs = np.where(np.isnan(theirs), math.nan, mine), np.where(np.isnan(mine), math.nan, theirs)
         calibration = self.calibrated(now)

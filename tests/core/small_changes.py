@@ -22,7 +22,7 @@ from pydantic import BaseModel
 from riglens.core.errors import InputError
 
 Outcome = list[float] | None
-"""Sums over what was read, None where it was refused."""
+"""Sums over the values read, or None if the input was rejected."""
 Files = Mapping[str, str]
 NUMBER = re.compile(r"(?<![\w.#-])-?\d+\.?\d*(?:e-?\d+)?(?![\w.])")
 INSTEAD = ("0", "-1", "1e9", "7.5")

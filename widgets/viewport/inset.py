@@ -166,7 +166,7 @@ def _write(painter: QPainter, camera: Camera, line: QRect) -> None:
 
 
 def _seen(state: SceneState) -> SceneState | None:
-    """Return the scene through the lens of the selected camera; None where there is none, or it is too wide."""
+    """Return the scene through the selected camera's lens, or None if no camera is selected or its view is too wide."""
     camera = state.selected_sensor
     view = through(camera) if isinstance(camera, Camera) and state.show_selection else None
     if camera is None or view is None:

@@ -14,8 +14,8 @@ from riglens.core.kernels.voxels.entropy_codes import Runs
 
 class CellMap(NamedTuple):
     """Informative voxels and the display cells that hold them: keep uint64 (words,), the voxels; first uint32
-    (words + 1,): how many come before each word; cells int32 (n,): the cell of each; slab_words: words of the columns
-    that may share cells with each other, so that slabs of so many words share none."""
+    (words + 1,): how many come before each word; cells int32 (n,): the cell of each; slab_words: words of
+    the columns that may share a cell; slabs of that size have no cell in common."""
 
     keep: np.ndarray
     first: np.ndarray

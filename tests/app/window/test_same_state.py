@@ -49,7 +49,7 @@ ROLES = (
 
 @dataclass(frozen=True)
 class State:
-    """What a session holds."""
+    """Contents of a session."""
 
     rig: Rig = RIG
     selection: tuple[str, ...] = ()
@@ -291,7 +291,7 @@ def rows_of(bench: Bench) -> dict[str, bool]:
 
 
 def key_of(widget: QWidget) -> str:
-    """What finds an input whatever its captions say: items of a field by their places, not by their words."""
+    """Return a key that identifies an input without its caption: items of a field by their index."""
     match widget:
         case ValueEdit(path=(*_, str(name), int(place))):
             return f"{name}.{place}"

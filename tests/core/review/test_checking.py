@@ -224,8 +224,8 @@ def test_a_class_that_the_scene_has_not_is_not_applicable(text: str) -> None:
     counts = rng.integers(1, 50, (*SMALL.shape, 3))
     counts[..., CLASSES.index("car")] = 0
     field = EntropyField.from_pog(synthetic_pog(SMALL, counts, 50))
-    nobody = replace(traffic, cls=np.full_like(traffic.cls, CLASSES.index("bicycle")))
-    asked = Subject(some_rig(), Evaluator(field, nobody, IGNORED), bundled_profiles())
+    no_cars = replace(traffic, cls=np.full_like(traffic.cls, CLASSES.index("bicycle")))
+    asked = Subject(some_rig(), Evaluator(field, no_cars, IGNORED), bundled_profiles())
     for verdict in Check(asked, required(text)).verdicts():
         assert (verdict.status, verdict.passes) == ("not applicable", False)
 
