@@ -167,7 +167,7 @@ class Scoring:
         known = self._known[0]  # reading and weight only add up the same voxels in other ways
         if (known.method, known.body) != (settings.method, settings.body):
             return None
-        found = self._evaluate_coarse(request.rig, request.settings, cancel)
+        found = self._evaluate_coarse(request.rig, settings, cancel)
         scores = estimated(found.scores, *self._known[1:], request.settings)
         if scores is None:
             return None
@@ -178,16 +178,15 @@ class Scoring:
 
         Nothing is done where no sensor is slow, so that quick scenes pay nothing.
         """
-        request = result.request
-        if self.scene.coarse is None or self._costs.slowest_ms(request.rig) <= self._coarse_above_ms:
+        exact = result.evaluation
+        if self.scene.coarse is None or self._costs.slowest_ms(exact.rig) <= self._coarse_above_ms:
             return
-        found = self._evaluate_coarse(request.rig, request.settings, cancel)
-        self._known = (result.evaluation.settings, found.scores, result.evaluation.scores)
+        found = self._evaluate_coarse(exact.rig, exact.settings, cancel)
+        self._known = (exact.settings, found.scores, exact.scores)
 
     def _evaluate_coarse(self, rig: Rig, settings: MetricSettings, cancel: Cancel) -> Evaluation:
         # an estimate needs only what is seen
-        covered = replace(with_known_body(settings, rig), reading="covered")
-        found = self._coarse.voxels.evaluate(rig, covered, False, cancel=cancel)
+        found = self._coarse.voxels.evaluate(rig, replace(settings, reading="covered"), False, cancel=cancel)
         self._coarse_costs.note(rig, found.elapsed_ms)
         return found
 
