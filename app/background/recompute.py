@@ -256,15 +256,14 @@ class Recompute(QObject):
         """Emit the exact result; if it is slow, emit a coarse one first and, during a drag, wait for a pause."""
         queue = self._queue
         is_followed = partial(queue.is_followed, Priority.EDIT)
-        first = scoring.approximate(request, lambda: queue.is_closing) if scoring.is_slow(request) else None
+        first = scoring.approximate(request, lambda: queue.is_closing)
         if first is None:
             result = self._exact(scoring, request)
         else:
             self.approximated.emit(first)
-            is_measured = scoring.is_measured(request)
-            if is_measured and request.is_preview and is_followed(REST_S):
+            if first.is_measured and request.is_preview and is_followed(REST_S):
                 return
-            result = scoring.exact(request, is_followed if is_measured else self._is_overtaken)
+            result = scoring.exact(request, is_followed if first.is_measured else self._is_overtaken)
         self.evaluated.emit(result)
         scoring.learn(result, is_followed if scoring.has_learnt else lambda: queue.is_closing)
 

@@ -116,13 +116,15 @@ class Result:
 class Approximation:
     """First answer to one request, from voxels of `voxel_m`; the exact one follows unless a newer request arrives.
 
-    A type of its own, so that it can never be taken for a Result.
+    A type of its own, so that it can never be taken for a Result. is_measured: whether the exact one is expected to be
+    slow by times of the very sensors that have to be cast.
     """
 
     request: EvaluationRequest
     scores: Scores
     voxel_m: float
     elapsed_ms: float
+    is_measured: bool
 
 
 BEHIND_BODY = "behind the own car's body"

@@ -147,31 +147,25 @@ class Scoring:
         return self._others.voxels.evaluate(rig, with_known_body(settings, rig), False, cancel=cancel).scores
 
     # ------------------------------------------------------------------ coarse
-    def is_slow(self, request: EvaluationRequest) -> bool:
-        """Return whether the exact answer is expected to take longer than a frame, and a coarse one clearly less."""
-        exact_ms = self._costs.expected_ms(request.rig)
-        coarse_ms = self._coarse_costs.expected_ms(request.rig)
+    def approximate(self, request: EvaluationRequest, cancel: Cancel) -> Approximation | None:
+        """Return a coarse result; None when the exact one is expected within a frame or not clearly later, and when
+        there is nothing to estimate it from."""
+        exact_ms, coarse_ms = (costs.expected_ms(request.rig) for costs in (self._costs, self._coarse_costs))
         worth = STILL_WORTH if self._was_slow else WORTH
         self._was_slow = exact_ms > self._coarse_above_ms and coarse_ms <= worth * exact_ms
-        return self._was_slow
-
-    def is_measured(self, request: EvaluationRequest) -> bool:
-        """Return whether the expectation rests on times of the very sensors that have to be cast."""
-        return not self._costs.is_guess(request.rig)
-
-    def approximate(self, request: EvaluationRequest, cancel: Cancel) -> Approximation | None:
-        """Return a coarse result; None when there is nothing to estimate it from."""
-        settings, coarse = with_known_body(request.settings, request.rig), self.scene.coarse
-        if coarse is None or self._known is None:
+        coarse = self.scene.coarse
+        if not self._was_slow or coarse is None or self._known is None:
             return None
-        known = self._known[0]  # reading and weight only add up the same voxels in other ways
+        settings, known = with_known_body(request.settings, request.rig), self._known[0]
+        # reading and weight only add up the same voxels in other ways
         if (known.method, known.body) != (settings.method, settings.body):
             return None
         found = self._evaluate_coarse(request.rig, settings, cancel)
         scores = estimated(found.scores, *self._known[1:], request.settings)
         if scores is None:
             return None
-        return Approximation(request, scores, coarse.grid.voxel_m, found.elapsed_ms)
+        is_measured = not self._costs.is_guess(request.rig)
+        return Approximation(request, scores, coarse.grid.voxel_m, found.elapsed_ms, is_measured)
 
     def learn(self, result: Result, cancel: Cancel) -> None:
         """Base the next coarse estimates on an exact answer.

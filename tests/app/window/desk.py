@@ -146,7 +146,7 @@ class Desk(Hands):
 
     def approximate(self, seen: float) -> None:
         """Answer the last request roughly."""
-        first = Approximation(self.recompute.requests[-1], scores(seen), 1.0, 1.0)
+        first = Approximation(self.recompute.requests[-1], scores(seen), 1.0, 1.0, is_measured=True)
         self.workbench.answers.take_approximation(first)
 
 
