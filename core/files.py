@@ -19,6 +19,7 @@ from riglens.core.errors import InputError
 
 if TYPE_CHECKING:
     from filelock import BaseFileLock
+    from pyarrow import Table
 
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
@@ -49,6 +50,21 @@ def _kind(mode: int) -> str:
     if stat.S_ISFIFO(mode):
         return "a pipe"
     return "a device" if stat.S_ISCHR(mode) or stat.S_ISBLK(mode) else "something that is not a file"
+
+
+def read_csv(source: object, **options: object) -> Table:
+    """Read a table as `pyarrow.csv.read_csv` does, with Python's own handlers of signals.
+
+    Those that Arrow puts in their place meanwhile lose a Ctrl-C that comes as a read ends.
+    """
+    import pyarrow
+    from pyarrow import csv
+
+    pyarrow.enable_signal_handlers(False)
+    try:
+        return csv.read_csv(source, **options)  # noqa: TID251
+    finally:
+        pyarrow.enable_signal_handlers(True)
 
 
 @overload

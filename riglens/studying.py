@@ -16,6 +16,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from riglens.arguments import StrPath, Warnings
 from riglens.core.errors import InputError
+from riglens.core.files import read_csv
 from riglens.core.rig.model import FORMAT_VERSION, Rig
 from riglens.evaluation.options import SceneOptions, ScoreOptions
 from riglens.results import Listing
@@ -128,7 +129,5 @@ def _checked(name: str, value: object, kind: Any) -> Any:
 
 
 def _table(path: Path) -> list[dict[str, Any]]:
-    from pyarrow.csv import read_csv
-
     rows: list[dict[str, Any]] = read_csv(path).to_pylist()
     return rows

@@ -349,7 +349,7 @@ def write_inputs(folder: Path) -> None:
     for name, text in files.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(text, encoding="utf-8")
-    table = pyarrow.csv.read_csv(io.BytesIO("\n".join([HEADER, *more, ""]).encode()))
+    table = pyarrow.csv.read_csv(io.BytesIO("\n".join([HEADER, *more, ""]).encode()))  # noqa: TID251
     pyarrow.parquet.write_table(table, folder / "more.parquet")
 
 

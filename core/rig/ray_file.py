@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
-from riglens.core.files import open_regular
+from riglens.core.files import open_regular, read_csv
 from riglens.core.rig.yaml.nodes import shortened
 from riglens.core.sensors.lattice import MAX_LISTED_RAYS
 from riglens.core.sensors.scan import RayRows, Reader, within_half_a_turn
@@ -74,7 +74,7 @@ def _columns(content: bytes, where: str) -> Mapping[str, pa.ChunkedArray]:
         if content[:4] == b"PAR1":
             table = _numbers_of(parquet.ParquetFile(pa.BufferReader(content)), where)
         else:
-            table = csv.read_csv(pa.BufferReader(content), csv.ReadOptions(use_threads=False))
+            table = read_csv(pa.BufferReader(content), read_options=csv.ReadOptions(use_threads=False))
     except (pa.ArrowException, OSError, MemoryError, UnicodeDecodeError, ValueError) as error:
         if isinstance(error, InputError):
             raise

@@ -10,13 +10,12 @@ from typing import Any
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.csv as arrow_csv
 import pyarrow.feather as feather
 import pyarrow.parquet as parquet
 from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
-from riglens.core.files import open_regular
+from riglens.core.files import open_regular, read_csv
 from riglens.core.geometry import Pose, rpy_deg_from_rotation
 from riglens.core.rig.library import sensor_from_model
 from riglens.core.rig.model import Lidar, LinearAngles, Rig
@@ -64,7 +63,7 @@ def _columns(path: Path, name: str, order: str | None) -> tuple[Any, str]:
         elif path.suffix.lower() in (".parquet", ".pq"):
             table = parquet.read_table(path)
         else:
-            table = arrow_csv.read_csv(path)
+            table = read_csv(path)
     except (pa.ArrowInvalid, OSError) as error:
         raise InputError(f"{path}: cannot be read: {str(error).splitlines()[0]}") from error
     found = next((column for column in COLUMNS if column in table.column_names), None)

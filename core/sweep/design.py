@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
-from riglens.core.files import open_regular
+from riglens.core.files import open_regular, read_csv
 from riglens.core.rig.model import Rig
 from riglens.core.sweep.fields import RigField, fields_called, with_values
 
@@ -122,7 +122,7 @@ def sobol(spans: Sequence[Span], count: int, seed: int = 0) -> Design:
 def table(path: Path) -> Design:
     """Return the values in a CSV or Parquet file, whose columns are named like fields; one row is one rig."""
     import pyarrow as pa
-    from pyarrow import csv, parquet
+    from pyarrow import parquet
 
     accepted = "a table (CSV or Parquet) with a column per field"
     try:
@@ -133,7 +133,7 @@ def table(path: Path) -> Design:
             is_csv = path.suffix.lower() == ".csv"
             if not is_csv:
                 _require_rigs(parquet.ParquetFile(file).metadata.num_rows)  # a small file may hold many
-            found = csv.read_csv(file) if is_csv else parquet.read_table(file)
+            found = read_csv(file) if is_csv else parquet.read_table(file)
     except InputError:
         raise
     except FileNotFoundError as error:

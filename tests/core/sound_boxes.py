@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.csv
 import pyarrow.parquet
 
+from riglens.core.files import read_csv
 from tests.core.argoverse_log import random_columns, write_log
 from tests.core.nuscenes_folder import random_boxes, write_tables
 
@@ -39,7 +39,7 @@ def gzip_file(folder: Path) -> Sound:
 
 
 def parquet_file(folder: Path) -> Sound:
-    pa.parquet.write_table(pa.csv.read_csv(pa.BufferReader(CSV)), folder / "boxes.parquet")
+    pa.parquet.write_table(read_csv(pa.BufferReader(CSV)), folder / "boxes.parquet")
     return Sound(folder / "boxes.parquet", (folder / "boxes.parquet",))
 
 

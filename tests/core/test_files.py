@@ -1,6 +1,8 @@
 """Writing files: all or nothing, and one clear line when a target cannot be written."""
 
+import ctypes
 import errno
+import io
 import os
 import shutil
 import signal
@@ -13,7 +15,14 @@ from pathlib import Path
 import pytest
 
 from riglens.core.errors import InputError
-from riglens.core.files import atomic_folder, atomic_write, hold_lock, release_lock, require_writable
+from riglens.core.files import (
+    atomic_folder,
+    atomic_write,
+    hold_lock,
+    read_csv,
+    release_lock,
+    require_writable,
+)
 
 
 def test_bytes_and_text_appear_under_the_name_asked_for(tmp_path: Path) -> None:
@@ -349,3 +358,20 @@ def test_a_killed_process_gives_its_lock_back(tmp_path: Path) -> None:
 def test_the_longest_names_can_be_written(tmp_path: Path, name: str) -> None:
     write_file(tmp_path / name, b"x")
     assert os.listdir(tmp_path) == [name]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="asks the C library of Linux for the handler")
+def test_ctrl_c_stays_with_python_while_a_table_is_parsed() -> None:
+    def handler() -> bytes:
+        action = ctypes.create_string_buffer(512)
+        ctypes.CDLL(None).sigaction(signal.SIGINT, None, action)
+        return action.raw[:8]
+
+    class Source(io.BytesIO):
+        def read(self, size: int | None = -1) -> bytes:
+            handlers.add(handler())
+            return super().read(size)
+
+    handlers = {handler()}
+    assert read_csv(Source(b"a,b\n1,2\n")).to_pylist() == [{"a": 1, "b": 2}]
+    assert len(handlers) == 1

@@ -8,11 +8,11 @@ import os
 from pathlib import Path
 
 import numpy as np
-import pyarrow.csv
 import pyarrow.parquet
 import pytest
 
 from riglens.core.errors import InputError
+from riglens.core.files import read_csv
 from riglens.core.scene.boxes import rotations_from_yaw
 from riglens.core.scene.occluders import Occluders
 from riglens.core.scene.readers import bundled_occluders, bundled_source
@@ -104,7 +104,7 @@ def test_tables_may_be_packed(tmp_path: Path, ending: str) -> None:
     for name in ("occluders", "poses"):
         path = tmp_path / f"{name}{ending}"
         if ending == ".parquet":
-            pyarrow.parquet.write_table(pyarrow.csv.read_csv(tmp_path / f"{name}.csv"), path)
+            pyarrow.parquet.write_table(read_csv(tmp_path / f"{name}.csv"), path)
         else:
             path.write_bytes(gzip.compress((tmp_path / f"{name}.csv").read_bytes()))
         paths.append(path)

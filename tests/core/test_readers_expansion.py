@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.csv
 import pyarrow.feather
 import pyarrow.parquet
 import pytest
 
 from riglens.core.errors import InputError
+from riglens.core.files import read_csv
 from riglens.core.scene.readers import argoverse, open_boxes
 from riglens.core.scene.readers import rows as row_readers
 from tests.core.argoverse_log import random_columns, write_log
@@ -22,7 +22,7 @@ from tests.core.sound_boxes import CSV
 
 _POOLS: list[pa.MemoryPool] = []
 """Arrow's buffers do not keep their pool alive."""
-ROWS = pa.csv.read_csv(pa.BufferReader(CSV))
+ROWS = read_csv(pa.BufferReader(CSV))
 
 
 def many(rows: int, **columns: object) -> pa.Table:

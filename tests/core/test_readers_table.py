@@ -10,11 +10,11 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.csv
 import pyarrow.parquet
 import pytest
 
 from riglens.core.errors import InputError
+from riglens.core.files import read_csv
 from riglens.core.scene.boxes import CLASSES, BoxBatch
 from riglens.core.scene.readers import open_boxes
 from riglens.core.scene.readers.common import join
@@ -38,7 +38,7 @@ def write_gzip(folder: Path, text: str) -> Path:
 
 
 def write_parquet(folder: Path, text: str) -> Path:
-    table = pa.csv.read_csv(pa.BufferReader(text.encode()))
+    table = read_csv(pa.BufferReader(text.encode()))
     pa.parquet.write_table(table, folder / "boxes.parquet")
     return folder / "boxes.parquet"
 

@@ -20,7 +20,7 @@ import pyarrow.parquet as parquet
 from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
-from riglens.core.files import open_regular
+from riglens.core.files import open_regular, read_csv
 from riglens.core.scene.boxes import Progress
 from riglens.core.scene.limits import MAX_NAME_CHARS, one_line
 from riglens.core.scene.readers.common import ACCEPTED, NUMBERS, first_bad_number, readable, shown
@@ -189,22 +189,17 @@ class CsvFile(RowFile):
             raise InputError(f"{self.path}:{number}: {self._explain(line, error)}") from error
 
     def _table(self, data: bytes) -> pa.Table:
-        # Arrow's own handler loses a Ctrl-C that comes as a read ends; a block is short, so Python's can wait
-        pa.enable_signal_handlers(False)
-        try:
-            table = arrow_csv.read_csv(
-                pa.BufferReader(data),
-                read_options=arrow_csv.ReadOptions(
-                    column_names=self._names, use_threads=False, block_size=len(data) + 1
-                ),
-                convert_options=arrow_csv.ConvertOptions(
-                    column_types=self.columns.types,
-                    include_columns=list(self.columns.needed),
-                    null_values=[],
-                ),
-            )
-        finally:
-            pa.enable_signal_handlers(True)
+        table = read_csv(
+            pa.BufferReader(data),
+            read_options=arrow_csv.ReadOptions(
+                column_names=self._names, use_threads=False, block_size=len(data) + 1
+            ),
+            convert_options=arrow_csv.ConvertOptions(
+                column_types=self.columns.types,
+                include_columns=list(self.columns.needed),
+                null_values=[],
+            ),
+        )
         # A stray quote can swallow the following lines; then the rows are fewer than the lines.
         if table.num_rows != data.count(b"\n") and table.num_rows != len(TextBlock(1, data).lines()):
             raise pa.ArrowInvalid("a line break inside a value")
