@@ -138,12 +138,12 @@ def test_no_room_is_one_line_and_leaves_nothing(riglens, boxes, tmp_path, small_
     assert not out.exists()
 
 
-def test_rigs_that_measure_nothing(riglens, boxes, tmp_path):
+def test_rigs_that_measure_nothing_are_refused_before_boxes_are_read(riglens, tmp_path):
     nothing = tmp_path / "nothing.yaml"
     nothing.write_text("riglens: 1\nname: bare\nsensors: []\n", encoding="utf-8")
-    one_line(riglens("simulate", nothing, "--boxes", boxes, "--out", tmp_path / "set"), "enabled LiDAR")
-    words = ("--boxes", boxes, "--out", tmp_path / "set", "--pictures", "off")
-    one_line(riglens("simulate", "Wide", *words), "no LiDAR while no pictures are drawn")
+    words = ("--boxes", tmp_path / "absent.csv", "--out", tmp_path / "set")
+    one_line(riglens("simulate", nothing, *words), "enabled LiDAR")
+    one_line(riglens("simulate", "Wide", *words, "--pictures", "off"), "no LiDAR while no pictures are drawn")
 
 
 def test_another_folder_is_left_alone(riglens, boxes, tmp_path, small_rig):

@@ -49,8 +49,16 @@ def test_what_a_link_carries_is_told_by_sensors_and_plugins_of_gazebo(inside: st
     assert kinds == ([] if kind is None else [kind])
 
 
-def test_a_plugin_without_a_reference_is_on_the_frame_that_it_names() -> None:
-    plugin = "<gazebo><plugin name='p' filename='libgazebo_ros_laser.so'><frameName>{}</frameName></plugin></gazebo>"
+@pytest.mark.parametrize(
+    "frame",
+    [
+        "<frameName>{}</frameName>",
+        "<frame_name>{}</frame_name>",
+        "<ros/><frameName> </frameName><frame_id> {} </frame_id>",
+    ],
+)
+def test_a_plugin_without_a_reference_is_on_the_frame_that_it_names(frame: str) -> None:
+    plugin = f"<gazebo><plugin name='p' filename='libgazebo_ros_laser.so'>{frame}</plugin></gazebo>"
     assert {sensor.name for sensor in robot(plugin.format("mast")).rig.sensors} == {"mast", "front_scan"}
     assert has(robot(plugin.format("nowhere")).report, "on the link 'nowhere', which does not exist")
 
