@@ -47,6 +47,19 @@ def choose_both(bench: Bench) -> None:
     assert bench.panels.tree.chosen == ("roof", "front")
 
 
+# ---------------------------------------------------------------------- all of them
+def test_all_that_the_window_is_made_of_stands_in_it(bench: Bench) -> None:
+    widgets = [bench.window, *bench.window.findChildren(QWidget)]
+    made = [
+        (f"{type(widget).__name__}.{name}", part)
+        for widget in widgets
+        for name, value in vars(widget).items()
+        for part in (value.values() if isinstance(value, dict) else [value])
+        if isinstance(part, QWidget) and part.windowType() == Qt.WindowType.Widget
+    ]
+    assert len(made) > 100 and [name for name, part in made if part.parentWidget() is None] == []
+
+
 # ---------------------------------------------------------------------- several at once
 def test_several_sensors_are_deleted_as_one_step(bench: Bench) -> None:
     choose_both(bench)

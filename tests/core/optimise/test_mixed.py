@@ -94,29 +94,30 @@ def test_each_kind_is_mounted_where_it_belongs(body: str) -> None:
     car = Vehicle(body=body, length=4.7, width=1.9, height=height)  # type: ignore[arg-type]
     rig = Rig(vehicle=car)
     for model in ("generic-corner-radar", "generic-ultrasonic"):
-        found = candidates(rig, Additions((model,), tilts_deg=(0.0,)))
+        found = candidates(rig, Additions((model,), spots_m=0.3, tilts_deg=(0.0,)))
         places = np.array([one.places_m[0] for one in found])
         assert (np.abs(places[:, 0]) > 0.35 * car.length).all()
         assert (places[:, 2] < 0.8).all()
         for one in found:
             assert violations(mounted(rig, [one]), MountLimits()) == ()
     solid = solid_of(car)
-    cameras = candidates(
-        rig, Additions(("nuscenes-front",), tilts_deg=(0.0,), counts={"nuscenes-front": (0, 1)})
+    one_camera = Additions(
+        ("nuscenes-front",), spots_m=0.3, tilts_deg=(0.0,), counts={"nuscenes-front": (0, 1)}
     )
+    cameras = candidates(rig, one_camera)
     behind = [one for one in cameras if status_of(one.sensors[0], solid).behind_glass]
     assert behind, "behind the windscreen"
     for one in behind:
         assert violations(mounted(rig, [one]), MountLimits()) == ()
         assert abs(one.sensors[0].rpy_deg[2]) < 20.0
-    lidars = candidates(rig, Additions(("generic-16",), tilts_deg=(0.0,)))
+    lidars = candidates(rig, Additions(("generic-16",), spots_m=0.3, tilts_deg=(0.0,)))
     assert not any(status_of(one.sensors[0], solid).behind_glass for one in lidars)
 
 
 def test_cameras_may_hang_from_mirrors_and_lidars_may_not() -> None:
     half_m = Vehicle().width / 2.0
     for model, may in (("nuscenes-front", True), ("generic-16", False)):
-        found = candidates(Rig(), Additions((model,), spots_m=0.1, tilts_deg=(0.0,)))
+        found = candidates(Rig(), Additions((model,), spots_m=0.18, tilts_deg=(0.0,)))
         on_mirrors = [one for one in found if one.on is not None and abs(one.on.point_m[1]) > half_m]
         assert bool(on_mirrors) == may
 
