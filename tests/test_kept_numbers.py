@@ -42,10 +42,11 @@ ITEMS = {
 }
 NUMBER = re.compile(r"[-−]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 DRAWING = re.compile(
-    r"<svg.*?</svg>|<style.*?</style>|<script(?! type).*?</script>|[A-Za-z0-9+/=]{100,}|[0-9a-f]{12,}",
+    r"<svg xmlns.*?</svg>|<style.*?</style>|<script(?! type).*?</script>|[A-Za-z0-9+/=]{100,}|[0-9a-f]{12,}",
     re.DOTALL,
 )
-"""Also pictures and meshes as base64, whose bytes differ between graphics drivers; keys of JSON are shorter."""
+"""What others draw and lay out, and pictures and meshes as base64, whose bytes differ between graphics drivers; keys of
+JSON are shorter."""
 SUMS = 16
 
 
