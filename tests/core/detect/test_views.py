@@ -51,6 +51,14 @@ def test_a_target_leads_back_to_the_place_of_its_object(number: int) -> None:
         assert np.hypot(*(found[0] - place[:2])) < 0.01 * np.hypot(*place[:2])
 
 
+def test_beside_a_picture_bearings_go_on_as_between_its_outermost_pixels() -> None:
+    lenses, columns = Lenses.of(CAMERAS[:1]), np.array([-3.0, 0.0, 1.0, 318.0, 319.0, 322.0])
+    found = lenses.located(0, np.full(6, 64), columns, np.full(6, 10.0)) - np.array(CAMERAS[0].position[:2])
+    turns = np.arctan2(found[:, 1], found[:, 0])
+    assert turns[0] - turns[1] == pytest.approx(3.0 * (turns[1] - turns[2]))
+    assert turns[4] - turns[5] == pytest.approx(3.0 * (turns[3] - turns[4]))
+
+
 def test_a_mirrored_picture_is_taught_the_mirrored_object() -> None:
     camera, mirror = CAMERAS[0], np.array([1.0, -1.0, 1.0])
     centre_m = ahead_of(camera, 1)

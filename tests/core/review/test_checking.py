@@ -18,7 +18,7 @@ from riglens.core.metric.scores import MetricSettings
 from riglens.core.review.check_junit import RigCheck, junit_xml
 from riglens.core.review.checking import Check, Subject
 from riglens.core.review.documents import check_document, settings_document
-from riglens.core.review.findings import Verdict, amounts
+from riglens.core.review.findings import Finding, Verdict, amounts
 from riglens.core.review.measures import Measures
 from riglens.core.review.profiles import bundled_profiles
 from riglens.core.review.requirements import SECTIONS, Requirements, requirements_in
@@ -89,6 +89,28 @@ def test_the_file_that_the_documentation_shows_is_one() -> None:
     text = next(part for part in page.split("```yaml\n") if part.startswith("riglens_requirements"))
     found = requirements_in(text.split("```")[0], "check.md", profiles=bundled_profiles())
     assert all(getattr(found, section) for section in (*SECTIONS, "mounts", "tolerance_profiles"))
+
+
+@pytest.mark.parametrize(
+    ("value", "bounds", "is_shown", "status"),
+    [
+        (0.5, None, True, "met"),
+        (0.6, None, True, "not met"),
+        (0.5, None, False, "not shown"),
+        (0.4, (0.3, 0.5), True, "met"),
+        (0.4, (0.3, 0.6), True, "not shown"),
+        (0.6, (0.5, 0.7), True, "not shown"),
+        (0.7, (0.6, 0.8), True, "not met"),
+    ],
+)
+def test_a_limit_is_met_or_not_where_both_bounds_say_so(
+    value: float, bounds: tuple[float, float] | None, is_shown: bool, status: str
+) -> None:
+    text = "seen: [{class: car, at_least: 0.5}]\nblind_areas: [{height_m: 0.3, at_most_m2: 0.5}]"
+    least, most = sorted(required(text).items(), key=lambda item: item.section, reverse=True)
+    assert Verdict(most, Finding(value, bounds=bounds, is_shown=is_shown)).status == status
+    turned = None if bounds is None else (1.0 - bounds[1], 1.0 - bounds[0])
+    assert Verdict(least, Finding(1.0 - value, bounds=turned, is_shown=is_shown)).status == status
 
 
 # ---------------------------------------------------------------- absence
