@@ -207,4 +207,6 @@ def tiny_field(voxel_m: float = 1.0) -> EntropyField:
     occupied[::2] = False
     index = VoxelIndex.of(grid, pack(grid, occupied))
     counts = np.ones((int(occupied.sum()), len(CLASSES)), np.uint16)
-    return EntropyField.from_pog(Pog(grid, DataReport("tiny", 2, dict.fromkeys(CLASSES, 1)), index, counts))
+    return EntropyField.from_pog(
+        Pog.of(grid, DataReport("tiny", 2, dict.fromkeys(CLASSES, 1)), index, counts)
+    )

@@ -12,12 +12,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.kernels.voxels import bits, entropy_codes
+from riglens.core.kernels.voxels import bits
 from riglens.core.kernels.voxels.entropy_codes import Entropies, Runs
 from riglens.core.scene.boxes import CLASSES, DataReport
-from riglens.core.scene.columns import VoxelIndex, Words
+from riglens.core.scene.columns import VoxelIndex
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Counts, Pog
+from riglens.core.scene.runs import codes_of
 
 QUANTA_PER_NAT = 1 << 32
 
@@ -34,29 +35,6 @@ def entropy_of_counts(counts: Counts, frames: int) -> NDArray[np.float64]:
 def nats(quanta: int) -> float:
     """Return the fixed-point entropy as a double, correctly rounded."""
     return int(quanta) / QUANTA_PER_NAT
-
-
-def _runs_of(words: Words, rows: Counts) -> tuple[Runs, Counts, NDArray[np.int64]]:
-    """Return runs of equal rows, the distinct rows (m, 3), most frequent first, and the number of voxels of each
-    (m,)."""
-    starts, first = np.empty(len(words), np.uint64), np.empty(len(words) + 1, np.uint32)
-    numbers = np.empty(entropy_codes.find_runs(words, rows, starts, first), np.uint32)
-    most = 1 << 16
-    while True:
-        firsts, uses = np.zeros(most, np.int64), np.zeros(most, np.int64)
-        slots = np.full(2 * most, entropy_codes.EMPTY, np.int64)
-        found = entropy_codes.number_runs(
-            words, starts, rows, entropy_codes.Numbering(numbers, firsts, uses, slots)
-        )
-        if found >= 0:
-            break
-        most *= 4
-    order = np.argsort(-uses[:found], kind="stable")
-    ranks = np.empty(found, np.uint32)
-    ranks[order] = np.arange(found, dtype=np.uint32)
-    codes = np.empty(len(numbers), np.uint16) if found <= 1 << 16 else numbers
-    entropy_codes.renumber(numbers, ranks, codes)
-    return Runs(starts, first, codes), rows[firsts[:found][order]], uses[order]
 
 
 @dataclass(frozen=True)
@@ -78,19 +56,17 @@ class EntropyField:
     @classmethod
     def from_pog(cls, pog: Pog) -> EntropyField:
         """Make the entropies of a POG; voxels that are never or always occupied, for every class, drop out."""
-        frames, rows, index = pog.data.frames, pog.counts, pog.index
-        informative = np.zeros(len(rows), np.bool_)
-        for class_counts in rows.T:
-            informative |= (class_counts > 0) & (class_counts < frames)
-        if not informative.all():
-            words = index.words.copy()
-            bits.keep_flagged(words, informative)
-            index, rows = VoxelIndex.of(pog.grid, words), rows[informative]
-        runs, distinct, uses = _runs_of(index.words, rows)
-        entropies_q = np.zeros((len(distinct), 4), np.uint32)
-        entropies_q[:, :3] = np.rint(entropy_of_counts(distinct, frames) * QUANTA_PER_NAT).astype(np.uint32)
-        totals = tuple(int(total) for total in uses @ entropies_q[:, :3].astype(np.int64))
-        return cls(pog.grid, index, runs, entropies_q, pog.data, totals)
+        frames, rows = pog.data.frames, pog.rows
+        is_informative = np.asarray(((rows > 0) & (rows < frames)).any(axis=1))
+        if not is_informative.all():
+            codes = pog.codes()
+            keep, words = is_informative[codes], pog.index.words.copy()
+            bits.keep_flagged(words, keep)
+            pog = Pog.of(pog.grid, pog.data, VoxelIndex.of(pog.grid, words), rows[codes[keep]])
+        entropies_q = np.zeros((len(pog.rows), 4), np.uint32)
+        entropies_q[:, :3] = np.rint(entropy_of_counts(pog.rows, frames) * QUANTA_PER_NAT).astype(np.uint32)
+        totals = tuple(int(total) for total in pog.uses @ entropies_q[:, :3].astype(np.int64))
+        return cls(pog.grid, pog.index, pog.runs, entropies_q, pog.data, totals)
 
     @property
     def entropies(self) -> Entropies:
@@ -99,9 +75,7 @@ class EntropyField:
 
     def codes(self) -> NDArray[np.unsignedinteger[Any]]:
         """Return the row of the palette of every informative voxel, (n,); a new array each time."""
-        codes = np.empty(self.index.count, self.runs.codes.dtype)
-        entropy_codes.voxel_codes(self.index.words, self.runs.starts, self.runs.codes, codes)
-        return codes
+        return codes_of(self.index, self.runs)
 
     def entropy_q(self, cls: int) -> NDArray[np.uint32]:
         """Return h of the informative voxels for one class of CLASSES in units of 2^-32 nat, (n,); a new array each

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from riglens.core.geometry import Vec3
 from riglens.core.metric.entropy import entropy_of_counts
-from riglens.core.scene.columns import VoxelIndex, Words, words_per_column
+from riglens.core.scene.columns import Words, words_per_column
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Pog
 
@@ -39,17 +39,9 @@ def word_and_bit(grid: VoxelGrid, voxel: Voxel) -> tuple[int, int]:
     return (ix * grid.shape[1] + iy) * words_per_column(grid) + iz // 64, 1 << (iz % 64)
 
 
-def id_of(index: VoxelIndex, voxel: Voxel) -> int | None:
-    """Compact id of a voxel in a set, None when it is not in the set."""
-    word, bit = word_and_bit(index.grid, voxel)
-    keep = int(index.words[word])
-    return int(index.first[word]) + (keep & (bit - 1)).bit_count() if keep & bit else None
-
-
 def voxel_facts(pog: Pog, voxel: Voxel) -> VoxelFacts:
     """Return the position, p and h of a voxel; p = 0 everywhere where no box ever was."""
-    row = id_of(pog.index, voxel)
-    counts = np.zeros(pog.counts.shape[1], np.int64) if row is None else pog.counts[row].astype(np.int64)
+    counts = pog.counts_of(*word_and_bit(pog.grid, voxel)).astype(np.int64)
     frames = max(pog.data.frames, 1)
     x, y, z = (float(pog.grid.centres_m(axis)[place]) for axis, place in enumerate(voxel))
     h_nat = tuple(float(h) for h in entropy_of_counts(counts, frames))  # type: ignore[arg-type]
@@ -93,8 +85,7 @@ def voxel_in_cell(
 
 
 def _count(pog: Pog, cls: int, voxel: Voxel) -> int:
-    row = id_of(pog.index, voxel)
-    return 0 if row is None else int(pog.counts[row, cls])
+    return int(pog.counts_of(*word_and_bit(pog.grid, voxel))[cls])
 
 
 def _is_uncertain(pog: Pog, cls: int, voxel: Voxel) -> bool:

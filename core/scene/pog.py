@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,36 +11,63 @@ from numpy.typing import NDArray
 from riglens.core.errors import InputError
 from riglens.core.kernels.runtime import jit
 from riglens.core.kernels.voxels import fill
+from riglens.core.kernels.voxels.entropy_codes import Runs
 from riglens.core.scene.boxes import CLASSES, BoxSource, DataReport, Progress
 from riglens.core.scene.columns import VoxelIndex, empty_words, pack, unpack, words_per_column
 from riglens.core.scene.filling import fill_batch
 from riglens.core.scene.grid import VoxelGrid
+from riglens.core.scene.runs import Rows, codes_of, runs_of
 
 COARSE_STEPS = (2, 3)
 """Coarsening factors for a quick first answer; the first one that the grid allows is used."""
 BYTES_PER_VOXEL = 4.0 * len(CLASSES) + 1.5
-Counts = NDArray[np.uint16] | NDArray[np.uint32]
+Counts = Rows
 
 
 @dataclass(frozen=True)
 class Pog:
-    """Occupied voxels and their counts (n, 3) of frames, per class of CLASSES; p = count / frames."""
+    """Occupied voxels and their counts of frames, per class of CLASSES; p = count / frames.
+
+    Voxels share few combinations of counts, neighbours in a column often the same: `runs` holds the row of each voxel
+    in `rows` (m, 3), the most frequent first; `uses` (m,): the number of voxels of each row.
+    """
 
     grid: VoxelGrid
     data: DataReport
     index: VoxelIndex
-    counts: Counts
+    runs: Runs
+    rows: Counts
+    uses: NDArray[np.int64]
 
-    def __post_init__(self) -> None:
-        """Raise ValueError where a kernel would index by arrays that do not belong to each other."""
-        if self.index.grid != self.grid or self.counts.shape != (self.index.count, len(CLASSES)):
-            raise ValueError(
-                f"counts must have one row per voxel (got {self.counts.shape} for {self.index.count})"
-            )
+    @classmethod
+    def of(cls, grid: VoxelGrid, data: DataReport, index: VoxelIndex, counts: Counts) -> Pog:
+        """Return the POG of voxels and their counts (n, 3); raise ValueError where a kernel would index by arrays that
+        do not belong to each other."""
+        if index.grid != grid or counts.shape != (index.count, len(CLASSES)):
+            raise ValueError(f"counts must have one row per voxel (got {counts.shape} for {index.count})")
+        return cls(grid, data, index, *runs_of(index.words, counts))
+
+    def codes(self) -> NDArray[np.unsignedinteger[Any]]:
+        """Return the number of the row of every voxel, (n,); a new array each time."""
+        return codes_of(self.index, self.runs)
+
+    @property
+    def counts(self) -> Counts:
+        """The counts of every voxel, (n, 3); a new array each time."""
+        counts: Counts = self.rows[self.codes()]
+        return counts
+
+    def counts_of(self, word: int, bit: int) -> Counts:
+        """Return the counts (3,) of a voxel, given by its word and its bit as a number; 0 where no box ever was."""
+        if not int(self.index.words[word]) & bit:
+            return np.zeros(len(CLASSES), self.rows.dtype)
+        begun = int(self.runs.starts[word]) & (2 * bit - 1)
+        counts: Counts = self.rows[self.runs.codes[int(self.runs.first[word]) + begun.bit_count() - 1]]
+        return counts
 
     def probability(self, cls: int) -> NDArray[np.float64]:
         """Return p of the occupied voxels for one class, (n,)."""
-        result: NDArray[np.float64] = self.counts[:, cls] / max(self.data.frames, 1)
+        result: NDArray[np.float64] = self.rows[self.codes(), cls] / max(self.data.frames, 1)
         return result
 
 
@@ -61,8 +89,9 @@ class PogSum:
         if part.grid != self.grid:
             raise ValueError(f"the grid of a part must be {self.grid} (got {part.grid})")
         occupied = unpack(self.grid, part.index.words)  # in the order in which voxels are numbered
+        codes = part.codes()
         for cls, dense in enumerate(self.counts):
-            dense[occupied] += part.counts[:, cls]
+            dense[occupied] += part.rows[codes, cls]
 
     def pog(self, report: DataReport) -> Pog:
         """Return the POG of the sum; `report` holds the number of frames."""
@@ -75,7 +104,7 @@ class PogSum:
         occupied = unpack(self.grid, words)
         for cls, dense in enumerate(self.counts):
             packed[:, cls] = dense[occupied]
-        return Pog(self.grid, report, index, packed)
+        return Pog.of(self.grid, report, index, packed)
 
 
 def build_pog(source: BoxSource, grid: VoxelGrid, progress: Progress | None = None) -> Pog:
@@ -123,4 +152,5 @@ def _thinned(pog: Pog, step: int) -> Pog:
         chosen[middle::step, middle:nz:step] = True
         mask[slab // step] = occupied[middle::step, middle:nz:step]
         rows.append(int(pog.index.first[slab * ny * depth]) + np.flatnonzero(chosen[occupied]))
-    return Pog(grid, pog.data, VoxelIndex.of(grid, pack(grid, mask)), pog.counts[np.concatenate(rows)])
+    counts = pog.rows[pog.codes()[np.concatenate(rows)]]
+    return Pog.of(grid, pog.data, VoxelIndex.of(grid, pack(grid, mask)), counts)

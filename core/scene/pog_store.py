@@ -78,13 +78,13 @@ def save_pog(pog: Pog, path: Path | str) -> None:
 
 def write_pog(pog: Pog, file: IO[bytes], level: int = 6) -> None:
     """Write a POG into an open file; `level` 1 to 9 sets the effort of compression."""
-    header = json.dumps(_header(pog), sort_keys=True)
-    digest = _digest(header, pog.index.words, pog.counts)
+    header, counts = json.dumps(_header(pog), sort_keys=True), pog.counts
+    digest = _digest(header, pog.index.words, counts)
     arrays = {
         "header": np.array(header),
         "digest": np.array(digest),
         "words": pog.index.words,
-        "counts": pog.counts,
+        "counts": counts,
     }
     # what numpy.savez_compressed does, which leaves no choice of the level; in memory, since an archive that is
     # interrupted ends itself when it is collected, and a file would be closed by then
@@ -130,7 +130,7 @@ def read_pog(file: IO[bytes], is_part: bool = False) -> Pog:
     most = int(counts.max(initial=0))
     if most > data.frames:
         raise ValueError(f"counts must be at most {data.frames}, the number of frames (got {most})")
-    return Pog(grid, data, voxels, counts)
+    return Pog.of(grid, data, voxels, counts)
 
 
 def pog_key(content_hash: str, grid: VoxelGrid) -> str:

@@ -100,7 +100,7 @@ def field_of(grid: VoxelGrid, counts: NDArray[np.int64], frames: int = FRAMES) -
     index = VoxelIndex.of(grid, pack(grid, np.asarray(by_class.any(axis=-1))))
     i, j, k = index.ijk().T
     data = DataReport("made up", frames, dict.fromkeys(CLASSES, 1))
-    return EntropyField.from_pog(Pog(grid, data, index, by_class[i, j, k].astype(np.uint32)))
+    return EntropyField.from_pog(Pog.of(grid, data, index, by_class[i, j, k].astype(np.uint32)))
 
 
 def random_counts(grid: VoxelGrid, rng: np.random.Generator) -> NDArray[np.int64]:

@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 from riglens.core.kernels.voxels import cells
 from riglens.core.kernels.voxels.cells import CellMap
 from riglens.core.metric.entropy import QUANTA_PER_NAT, EntropyField
-from riglens.core.scene.columns import Words, words_per_column
+from riglens.core.scene.columns import VoxelIndex, Words, words_per_column
 from riglens.core.scene.pog import Pog
 
 MAX_CELLS = 200_000
+NO_NUMBERS = np.zeros((0, 0, 0), np.int32)
 
 
 @dataclass(frozen=True)
@@ -28,40 +29,30 @@ class DisplayGrid:
     block: int
     cell_m: float
     centres_m: NDArray[np.float32]
-    _cells_occupied: NDArray[np.int32]
-    _cells_informative: NDArray[np.int32]
+    _numbers: NDArray[np.int32]
     _last: dict[int, NDArray[np.int64]] = field(default_factory=dict, repr=False, compare=False)
 
     @classmethod
     def build(cls, pog: Pog, field: EntropyField, max_cells: int = MAX_CELLS) -> DisplayGrid:
         """Return the finest display grid with at most `max_cells` cells."""
-        occupied = pog.index.ijk()
         block = 0
         while True:
             block += 1
             flags = np.zeros([-(-n // block) for n in pog.grid.shape], np.uint8)
-            cells.flag_blocks(occupied, block, flags)
+            cells.flag_blocks(_cell_map(pog.index, NO_NUMBERS, block), flags)
             used = np.argwhere(flags)
             if len(used) <= max_cells:
                 break
         numbers = np.cumsum(flags.ravel(), dtype=np.int32).reshape(flags.shape) - 1
-        cells_occupied = cells.cells_of(occupied, block, numbers)
-        is_same = np.array_equal(pog.index.words, field.index.words)
         centres = np.array(pog.grid.origin_m) + (used + 0.5) * block * pog.grid.voxel_m
-        return cls(
-            pog,
-            field,
-            block,
-            block * pog.grid.voxel_m,
-            centres.astype(np.float32),
-            cells_occupied,
-            cells_occupied if is_same else cells.cells_of(field.index.ijk(), block, numbers),
-        )
+        return cls(pog, field, block, block * pog.grid.voxel_m, centres.astype(np.float32), numbers)
 
     def probability(self, cls: int) -> NDArray[np.float32]:
         """Return the largest p of the voxels of each cell, (m,)."""
-        largest = cells.largest_per_cell(self._cells_occupied, self.pog.counts[:, cls], len(self.centres_m))
-        result: NDArray[np.float32] = (largest / max(self.pog.data.frames, 1)).astype(np.float32)
+        pog, largest = self.pog, np.zeros(len(self.centres_m), self.pog.rows.dtype)
+        voxels = _cell_map(pog.index, self._numbers, self.block)
+        cells.largest_per_cell(voxels, pog.runs, np.ascontiguousarray(pog.rows[:, cls]), largest)
+        result: NDArray[np.float32] = (largest / max(pog.data.frames, 1)).astype(np.float32)
         return result
 
     def entropy(self, cls: int) -> NDArray[np.float32]:
@@ -84,8 +75,7 @@ class DisplayGrid:
         """Return each cell's entropy by the number of nested sets that hold it, (m, n + 1)."""
         sums_q = np.zeros((len(self.centres_m), len(levels) + 1), np.int64)
         field = self.entropies
-        slab_words = self.block * self.pog.grid.shape[1] * words_per_column(self.pog.grid)
-        voxels = CellMap(field.index.words, field.index.first, self._cells_informative, slab_words)
+        voxels = _cell_map(field.index, self._numbers, self.block)
         values_q = field.entropies_q[:, cls].astype(np.int64)
         cells.levels_per_cell(levels, voxels, field.runs, values_q, sums_q)
         return sums_q
@@ -105,3 +95,7 @@ class DisplayGrid:
             no_sets = np.zeros((0, self.entropies.index.words.size), np.uint64)
             self._last[cls] = self._levels_q(cls, no_sets)[:, 0]
         return self._last[cls]
+
+
+def _cell_map(index: VoxelIndex, numbers: NDArray[np.int32], block: int) -> CellMap:
+    return CellMap(index.words, numbers, index.grid.shape[1], words_per_column(index.grid), block)

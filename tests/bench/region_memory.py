@@ -41,7 +41,7 @@ def cut_in_eight(pog: Pog) -> Pog:
         numbers[occupied[ix]] = np.arange(first[ix], first[ix] + occupied[ix].sum())
         chosen = np.repeat(np.repeat(numbers, 2, axis=0), 2, axis=1)[fine]
         parts += [pog.counts[chosen]] * 2
-    return Pog(grid, pog.data, VoxelIndex.of(grid, words), np.concatenate(parts))
+    return Pog.of(grid, pog.data, VoxelIndex.of(grid, words), np.concatenate(parts))
 
 
 def twenty_sensors() -> Rig:

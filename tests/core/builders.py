@@ -35,7 +35,7 @@ def synthetic_pog(grid: VoxelGrid, counts: NDArray[np.integer], frames: int) -> 
     i, j, k = index.ijk().T
     data = DataReport("synthetic", frames, dict.fromkeys(CLASSES, 1))
     dtype = np.uint16 if frames <= 65535 else np.uint32
-    return Pog(grid, data, index, counts[i, j, k].astype(dtype))
+    return Pog.of(grid, data, index, counts[i, j, k].astype(dtype))
 
 
 def field_of(grid: VoxelGrid, informative: Mask | None = None) -> EntropyField:

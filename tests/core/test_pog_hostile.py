@@ -281,7 +281,7 @@ def test_devices_and_pipes_are_refused_at_once(path: Path, tmp_path: Path) -> No
 def test_only_a_part_may_hold_no_frame(tmp_path: Path) -> None:
     sound = build_pog(BOXES, GRID)
     index = VoxelIndex.of(GRID, empty_words(GRID))
-    empty = Pog(GRID, boxes_of(frames=0).report(), index, sound.counts[:0])
+    empty = Pog.of(GRID, boxes_of(frames=0).report(), index, sound.counts[:0])
     save_pog(empty, tmp_path / "part.npz")
     with (tmp_path / "part.npz").open("rb") as file:
         assert read_pog(file, is_part=True).data.frames == 0
@@ -303,8 +303,8 @@ def test_kernels_never_get_words_or_counts_of_another_grid() -> None:
         with pytest.raises(ValueError, match="words"):
             unpack(GRID, words)
     with pytest.raises(ValueError, match="counts"):
-        Pog(GRID, sound.data, sound.index, sound.counts[:-1])
+        Pog.of(GRID, sound.data, sound.index, sound.counts[:-1])
     with pytest.raises(ValueError, match="counts"):
-        Pog(VoxelGrid(0.25, GRID.roi_m), sound.data, sound.index, sound.counts)
+        Pog.of(VoxelGrid(0.25, GRID.roi_m), sound.data, sound.index, sound.counts)
     with pytest.raises(ValueError, match="grid"):
         PogSum(VoxelGrid(0.25, GRID.roi_m)).add(sound)

@@ -27,7 +27,7 @@ from riglens.core.rig.yaml.file import dumps, same_rig
 from riglens.core.scene import pog_store
 from riglens.core.scene.boxes import BoxBatch, FrameLabels, rotations_from_quaternions, rotations_from_yaw
 from riglens.core.scene.grid import VoxelGrid
-from riglens.core.scene.pog import PogSum, build_pog
+from riglens.core.scene.pog import Pog, PogSum, build_pog
 from riglens.core.scene.pog_store import read_pog, write_pog
 from riglens.core.scene.readers import common, frames
 from riglens.core.scene.readers.classes import ClassTable
@@ -119,7 +119,7 @@ def test_parts_add_up_and_belong_to_one_grid() -> None:
     with pytest.raises(ValueError, match="the grid of a part"):
         PogSum(VoxelGrid(0.5, (4.0, 4.0, 2.0))).add(pog)
     with pytest.raises(ValueError, match="counts must"):
-        replace(pog, counts=pog.counts[1:])
+        Pog.of(GRID, pog.data, pog.index, pog.counts[1:])
 
 
 def test_a_box_is_bad_on_either_side_of_the_car() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from riglens.core.metric.entropy import EntropyField
-from riglens.core.metric.voxel import id_of, voxel_facts, voxel_in_cell, word_and_bit
+from riglens.core.metric.voxel import voxel_facts, voxel_in_cell, word_and_bit
 from riglens.core.scene.pog import Pog
 from riglens.core.view.display import DisplayGrid
 from tests.core.builders import grid_of, synthetic_pog
@@ -35,12 +35,12 @@ def test_a_voxel_that_is_never_or_always_occupied_is_not_informative(per_class: 
     assert not voxel_facts(pog_of(((1, 1, 1), per_class)), (1, 1, 1)).is_informative
 
 
-def test_ids_are_those_of_the_index() -> None:
-    counts = np.random.default_rng(1).integers(0, 2, (*GRID.shape, 3))
-    index = synthetic_pog(GRID, counts, FRAMES).index
-    listed = {tuple(voxel): row for row, voxel in enumerate(index.ijk().tolist())}
-    voxels = [tuple(voxel) for voxel in np.argwhere(np.ones(GRID.shape)).tolist()]
-    assert [id_of(index, voxel) for voxel in voxels] == [listed.get(voxel) for voxel in voxels]
+def test_counts_of_one_voxel_are_those_of_its_row() -> None:
+    counts = np.random.default_rng(1).integers(0, 3, (*GRID.shape, 3))
+    pog = synthetic_pog(GRID, counts, FRAMES)
+    for voxel in np.ndindex(GRID.shape):
+        assert (pog.counts_of(*word_and_bit(GRID, voxel)) == counts[voxel]).all()
+    assert (pog.counts == counts[tuple(pog.index.ijk().T)]).all()
 
 
 def test_of_the_voxels_of_a_cell_the_one_under_the_cursor_is_meant() -> None:

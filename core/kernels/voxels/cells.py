@@ -7,20 +7,20 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from riglens.core.kernels.runtime.jit import kernel, parallel_kernel
-from riglens.core.kernels.voxels.bits import first_run, lowest_bit, popcount
+from riglens.core.kernels.runtime.jit import inlined, kernel, parallel_kernel
+from riglens.core.kernels.voxels.bits import first_run, lowest_bit, mask_of, popcount
 from riglens.core.kernels.voxels.entropy_codes import Runs
 
 
 class CellMap(NamedTuple):
-    """Informative voxels and the display cells that hold them: keep uint64 (words,), the voxels; first uint32
-    (words + 1,): how many come before each word; cells int32 (n,): the cell of each; slab_words: words of
-    the columns that may share a cell; slabs of that size have no cell in common."""
+    """Voxels of a grid and the display cells, blocks of voxels, that hold them: keep uint64 (words,), the voxels;
+    numbers int32 (bx, by, bz): the cell of each block; ny columns of `depth` words make a slice along x."""
 
     keep: np.ndarray
-    first: np.ndarray
-    cells: np.ndarray
-    slab_words: int
+    numbers: np.ndarray
+    ny: int
+    depth: int
+    block: int
 
 
 class Columns(NamedTuple):
@@ -32,29 +32,40 @@ class Columns(NamedTuple):
     block: int
 
 
-@kernel
-def flag_blocks(ijk: np.ndarray, block: int, flags: np.ndarray) -> None:
-    """Flag the blocks, flags uint8 (bx, by, bz), that hold at least one of the voxels ijk (n, 3)."""
-    for row in range(ijk.shape[0]):
-        flags[ijk[row, 0] // block, ijk[row, 1] // block, ijk[row, 2] // block] = 1
+@inlined
+def _block_of(bits: np.uint64, low: int, block: int) -> tuple[int, np.uint64]:
+    """Return the number, counted upwards, of the block that holds the lowest of some bits of a word, whose first level
+    is `low`, and the bits of that block."""
+    number = int((low + np.int64(lowest_bit(bits))) // block)
+    return number, mask_of(number * block - low, (number + 1) * block - 1 - low, 0)
 
 
 @kernel
-def cells_of(ijk: np.ndarray, block: int, numbers: np.ndarray) -> np.ndarray:
-    """Cell number of each voxel, int32 (n,), from the numbers (bx, by, bz) of the blocks."""
-    cells = np.empty(ijk.shape[0], np.int32)
-    for row in range(ijk.shape[0]):
-        cells[row] = numbers[ijk[row, 0] // block, ijk[row, 1] // block, ijk[row, 2] // block]
-    return cells
+def flag_blocks(voxels: CellMap, flags: np.ndarray) -> None:
+    """Flag the blocks, flags uint8 (bx, by, bz), that hold at least one of the voxels; there are no numbers yet."""
+    slice_words, depth, block = voxels.ny * voxels.depth, voxels.depth, voxels.block
+    for w in range(voxels.keep.size):
+        bits = voxels.keep[w]
+        column = flags[w // slice_words // block, w % slice_words // depth // block]
+        while bits != 0:
+            number, within = _block_of(bits, w % depth * 64, block)
+            column[number] = 1
+            bits &= ~within
 
 
 @kernel
-def largest_per_cell(cells: np.ndarray, counts: np.ndarray, count_of_cells: int) -> np.ndarray:
-    """Return the largest count of the voxels of each cell."""
-    largest = np.zeros(count_of_cells, np.uint32)
-    for row in range(cells.size):
-        largest[cells[row]] = max(largest[cells[row]], counts[row])
-    return largest
+def largest_per_cell(voxels: CellMap, runs: Runs, values: np.ndarray, largest: np.ndarray) -> None:
+    """Raise the number of each cell, largest (m,), to the largest value of its voxels, values (rows,) by code."""
+    slice_words, depth, block = voxels.ny * voxels.depth, voxels.depth, voxels.block
+    for w in range(voxels.keep.size):
+        bits = voxels.keep[w]
+        column = voxels.numbers[w // slice_words // block, w % slice_words // depth // block]
+        while bits != 0:
+            number, of_block = _block_of(bits, w % depth * 64, block)
+            run, of_run = first_run(bits, runs.starts[w])
+            cell = column[number]
+            largest[cell] = max(largest[cell], values[runs.codes[np.int64(runs.first[w]) + run]])
+            bits &= ~(of_run & of_block)
 
 
 @parallel_kernel
@@ -64,25 +75,26 @@ def levels_per_cell(
     """Add what every voxel adds to its cell, in the column of the number of nested sets that hold it.
 
     levels uint64 (n, words): each a part of the one before; values_q int64 (m,): what a voxel adds, by code; sums_q
-    int64 (m, n + 1).
+    int64 (m, n + 1). Blocks with the same bx are one thread's own.
     """
     count, words = levels.shape
-    slab_words = voxels.slab_words
-    slabs = (words + slab_words - 1) // slab_words
-    for slab in numba.prange(slabs):
+    depth, block = voxels.depth, voxels.block
+    slab_words = block * voxels.ny * depth
+    for slab in numba.prange(voxels.numbers.shape[0]):
         for w in range(slab * slab_words, min((slab + 1) * slab_words, words)):
-            bits, row = voxels.keep[w], np.int64(voxels.first[w])
-            run, value_q = np.int64(runs.first[w]), np.int64(0)
+            bits = voxels.keep[w]
+            column = voxels.numbers[slab, w // depth % voxels.ny // block]
             while bits != 0:
-                bit, level = lowest_bit(bits), 0
-                if (runs.starts[w] >> bit) & np.uint64(1) != 0:
-                    value_q = values_q[runs.codes[run]]
-                    run += 1
-                while level < count and (levels[level, w] >> bit) & np.uint64(1) != 0:
-                    level += 1
-                sums_q[voxels.cells[row], level] += value_q
-                row += 1
-                bits &= bits - np.uint64(1)
+                number, of_block = _block_of(bits, w % depth * 64, block)
+                run, of_run = first_run(bits, runs.starts[w])
+                value_q = values_q[runs.codes[np.int64(runs.first[w]) + run]]
+                held, sums = of_run & of_block, sums_q[column[number]]
+                bits &= ~held
+                for level in range(count):
+                    within = held & levels[level, w]
+                    sums[level] += np.int64(popcount(held ^ within)) * value_q
+                    held = within
+                sums[count] += np.int64(popcount(held)) * value_q
 
 
 @parallel_kernel
