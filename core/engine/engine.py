@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import reduce
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.engine.caster import Caster, Window
+from riglens.core.engine.held import Held, Others, Shape, State
 from riglens.core.engine.processors import Processors
 from riglens.core.errors import Cancelled, IsStale, never_stale
 from riglens.core.geometry import Pose
@@ -30,11 +30,9 @@ from riglens.core.scene.columns import Words
 from riglens.core.sensing.body_ends import Obstacle, obstacle_of
 from riglens.core.sensors.registry import kind_names
 from riglens.core.vehicle.housings import car_of
-from riglens.core.vehicle.solid import Barrier, Solid
+from riglens.core.vehicle.solid import Solid
 
 SPARE_SLOTS = 2
-FEWEST_DIGITS = 4
-"""Binary digits in which others are counted at first."""
 
 
 @dataclass(frozen=True)
@@ -71,64 +69,9 @@ _Wanted = tuple[int, Method, str | None]
 """Identity of a sensor, method, fingerprint of the body: the key of a shape."""
 
 
-class _Shape(NamedTuple):
-    """Everything that determines the rays of a sensor: the casting method, the sensor without name and switch, and what
-    stops its rays, None if the body is ignored."""
-
-    method: Method
-    sensor: Sensor
-    stop: Obstacle | None
-
-    @property
-    def barrier(self) -> Barrier | None:
-        return None if self.stop is None else self.stop.barrier
-
-
-@dataclass(frozen=True)
-class _Held:
-    """Sensor whose contribution is in a slot; `kind`: the row of its kind."""
-
-    shape: _Shape
-    kind: int
-    slot: int
-    window: Window
-
-
-@dataclass
-class _Others:
-    """Sensors of a kind that stay while others move: the window of each by its slot; the number of them that see each
-    voxel, in binary digits (digits, words), lowest first; and the informative voxels that none of them sees, `free`
-    (words,). An edit of the same sensors reuses it; when others move, it is updated."""
-
-    windows: dict[int, Window]
-    counts: NDArray[np.uint64]
-    free: NDArray[np.uint64]
-
-    def digits(self, sensors: int) -> NDArray[np.uint64]:
-        """Return the digits needed to count `sensors` sensors; untouched pages cost no memory."""
-        digits = sensors.bit_length()
-        if digits > len(self.counts):
-            more = np.zeros((max(digits, FEWEST_DIGITS), self.free.size), np.uint64)
-            more[: len(self.counts)] = self.counts
-            self.counts = more
-        return self.counts[:digits]
-
-
-@dataclass
-class _State:
-    """Free rows of the stack are empty; the union holds informative voxels only, the stack maybe others too; `others`
-    by kind, of those that ever had any."""
-
-    stack: NDArray[np.uint64]
-    union: NDArray[np.uint64]
-    sums_q: NDArray[np.int64]
-    others: dict[int, _Others] = field(default_factory=dict)
-    held: list[_Held] = field(default_factory=list)
-
-
-def _cast_shape(sensor: Sensor, method: Method, solid: Solid | None) -> _Shape:
+def _cast_shape(sensor: Sensor, method: Method, solid: Solid | None) -> Shape:
     stop = None if solid is None else obstacle_of(sensor, solid)
-    return _Shape(method, rays_of(sensor), stop)
+    return Shape(method, rays_of(sensor), stop)
 
 
 class Engine:
@@ -145,14 +88,14 @@ class Engine:
         self._caster = Caster(field, self._threads)
         words = field.index.words.size
         kinds, self._nothing = len(kind_names()), np.zeros(words, np.uint64)
-        self._state = _State(
+        self._state = State(
             np.zeros((0, words), np.uint64),
             np.zeros((kinds, words), np.uint64),
             np.zeros((kinds + 1, update_coverage.COLUMNS), np.int64),
         )
-        self._shapes: dict[_Wanted, tuple[Sensor, _Shape]] = {}
+        self._shapes: dict[_Wanted, tuple[Sensor, Shape]] = {}
         self._solid: Solid | None = None
-        self._hits: dict[_Shape, tuple[int, ...]] = {}
+        self._hits: dict[Shape, tuple[int, ...]] = {}
 
     def evaluate(
         self,
@@ -193,6 +136,46 @@ class Engine:
         self._last_ms = elapsed_ms = (time.perf_counter() - started) * 1e3
         return Evaluation(rig, settings, scores, by_kind, elapsed_ms, self._threads)
 
+    def scores_without(self, rig: Rig, settings: MetricSettings = PAPER_SETTINGS) -> Scores | None:
+        """Return the scores of the rig evaluated last with some of its sensors switched off: nothing is cast, and what
+        is held stays. None for any other rig."""
+        settings = replace(settings, body=settings.body or rig.body)
+        solid, sensors = self._solid, [sensor for sensor in rig.sensors if sensor.enabled]
+        body = car_of(rig) if settings.body == "blocks" else None
+        if not self._for_edits or body != solid:
+            return None
+        left, staying = list(self._state.held), list[Held]()
+        for shape in (self._shape_of(sensor, settings.method) for sensor in sensors):
+            match = next((held for held in left if held.shape == shape), None)
+            if match is None:
+                return None
+            left.remove(match)
+            staying.append(match)
+        hits = None
+        if settings.reading == "hits":
+            if any(held.shape not in self._hits for held in staying):
+                return None
+            hits = self._total_hits([held.shape for held in staying])
+        return score(self._field, self._sums_without(staying, left), settings, hits)
+
+    def _sums_without(self, staying: list[Held], leaving: list[Held]) -> NDArray[np.int64]:
+        """Return the sums of what the staying sensors see, of those held; all others leave."""
+        state, sums_q, union = self._state, self._state.sums_q.copy(), self._state.union.copy()
+        there = {held.kind for held in state.held}
+        for kind in sorted({held.kind for held in leaving}):
+            gone = [held for held in leaving if held.kind == kind]
+            free = self._field.index.words.copy()
+            for held in staying:
+                if held.kind == kind:
+                    free &= ~state.stack[held.slot]
+            change = self._settled(
+                kind, there, (state.stack[[held.slot for held in gone]], union), free,
+                (np.zeros(0, np.int64), np.arange(len(gone))), gone,
+            )  # fmt: skip
+            sums_q[kind] += change[0]
+            sums_q[-1] += change[1]
+        return sums_q
+
     @property
     def field(self) -> EntropyField:
         """Return the entropy field that rigs are evaluated against."""
@@ -224,13 +207,13 @@ class Engine:
         """Return what stops the rays of a sensor of the rig evaluated last, or None if its own car stops none."""
         return self._shape_of(sensor, method).stop
 
-    def _shape_of(self, sensor: Sensor, method: Method) -> _Shape:
+    def _shape_of(self, sensor: Sensor, method: Method) -> Shape:
         """Return the shape of a sensor's rays, except for the current body; cached for the rig evaluated last."""
         stop = None if self._solid is None else self._solid.fingerprint
         known = self._shapes.get((id(sensor), method, stop))
         return known[1] if known is not None else _cast_shape(sensor, method, self._solid)
 
-    def _shapes_of(self, rig: Rig, method: Method) -> list[_Shape]:
+    def _shapes_of(self, rig: Rig, method: Method) -> list[Shape]:
         """Return the ray shape of each enabled sensor; the same objects as last time for unchanged sensors."""
         known, self._shapes = self._shapes, {}
         stop = None if self._solid is None else self._solid.fingerprint
@@ -241,12 +224,12 @@ class Engine:
                 self._shapes[id(sensor), method, stop] = shape
         return [shape for _, shape in self._shapes.values()]
 
-    def _hold(self, wanted: list[_Shape], is_stale: IsStale) -> bool:
+    def _hold(self, wanted: list[Shape], is_stale: IsStale) -> bool:
         """Cast and release until exactly the wanted sensors are held; return False when cancelled."""
         if not self._for_edits:
             self._forget()
         leaving = list(self._state.held)
-        arriving: list[_Shape] = []
+        arriving: list[Shape] = []
         by_identity = {id(held.shape): held for held in leaving}
         for shape in wanted:
             match = by_identity.get(id(shape)) or next((h for h in leaving if h.shape == shape), None)
@@ -271,7 +254,7 @@ class Engine:
         for array in (state.stack, state.union, state.sums_q):
             array[:] = 0
 
-    def _cast(self, arriving: list[_Shape], is_stale: IsStale) -> list[_Held] | None:
+    def _cast(self, arriving: list[Shape], is_stale: IsStale) -> list[Held] | None:
         """Cast sensors into free slots; when this is abandoned or interrupted the slots are empty again."""
         self._reserve(len(arriving))
         stack, arrived, done = self._state.stack, [], False
@@ -280,7 +263,7 @@ class Engine:
             for shape in arriving:
                 kind = kind_names().index(shape.sensor.kind)
                 slot = next(free) if self._for_edits else kind
-                held = _Held(shape, kind, slot, self._caster.window(shape.sensor))
+                held = Held(shape, kind, slot, self._caster.window(shape.sensor))
                 arrived.append(held)
                 marks = stack[held.slot]
                 if not self._caster.mark(
@@ -293,13 +276,13 @@ class Engine:
                 stack[[held.slot for held in arrived]] = 0
         return arrived
 
-    def _settle(self, kind: int, there: set[int], arrived: list[_Held], leaving: list[_Held]) -> None:
+    def _settle(self, kind: int, there: set[int], arrived: list[Held], leaving: list[Held]) -> None:
         """Bring the union and the sums of a kind up to date, where other kinds may see something; the slots of those
         who leave fall free."""
         changed = [held for held in (*arrived, *leaving) if held.kind == kind]
         if not changed:
             return
-        state, workers = self._state, self._caster.workers
+        state = self._state
         arrived_slots, leaving_slots = (
             sorted({held.slot for held in group if held.kind == kind}) for group in (arrived, leaving)
         )
@@ -308,20 +291,31 @@ class Engine:
             for held in state.held
             if held.kind == kind and held.slot not in arrived_slots
         }
+        slots = np.array(arrived_slots, np.int64), np.array(leaving_slots, np.int64)
         free = self._free(kind, staying)
-        window = reduce(Window.joined, (held.window for held in changed))
-        change = update_coverage.settle(
-            state.stack,
-            state.union,
-            free,
-            update_coverage.Slots(np.array(arrived_slots, np.int64), np.array(leaving_slots, np.int64)),
-            np.array([kind, *sorted(there - {kind})], np.int64),
-            self._region(window),
-            self._field.entropies,
-            workers,
-        )
+        change = self._settled(kind, there, (state.stack, state.union), free, slots, changed)
         state.sums_q[kind] += change[0]
         state.sums_q[-1] += change[1]
+
+    def _settled(
+        self,
+        kind: int,
+        there: set[int],
+        sets: tuple[Words, Words],
+        free: Words,
+        slots: tuple[NDArray[np.int64], NDArray[np.int64]],
+        changed: list[Held],
+    ) -> NDArray[np.int64]:
+        """Bring a union up to date with the slots of a stack that arrive and leave; return the change of the sums."""
+        return update_coverage.settle(
+            *sets,
+            free,
+            update_coverage.Slots(*slots),
+            np.array([kind, *sorted(there - {kind})], np.int64),
+            self._region(reduce(Window.joined, (held.window for held in changed))),
+            self._field.entropies,
+            self._caster.workers,
+        )
 
     def _free(self, kind: int, staying: dict[int, Window]) -> Words:
         """Return the informative voxels that no staying sensor of a kind sees, given by slot and window.
@@ -334,7 +328,7 @@ class Engine:
         if others is None and not staying:
             return keep
         if others is None:
-            others = state.others[kind] = _Others({}, np.zeros((0, keep.size), np.uint64), keep.copy())
+            others = state.others[kind] = Others({}, np.zeros((0, keep.size), np.uint64), keep.copy())
         known, workers = others.windows, self._caster.workers
         more, less = sorted(staying.keys() - known.keys()), sorted(known.keys() - staying.keys())
         if more or less:
@@ -389,16 +383,20 @@ class Engine:
         used = {held.slot for held in self._state.held}
         return (slot for slot in range(len(self._state.stack)) if slot not in used)
 
-    def _hit_sums(self, wanted: list[_Shape], is_stale: IsStale) -> NDArray[np.object_] | None:
+    def _hit_sums(self, wanted: list[Shape], is_stale: IsStale) -> NDArray[np.object_] | None:
         """Return the sums with multiplicity per kind and class as Python integers, (kinds, 3); None if abandoned."""
         self._hits = {shape: sums for shape, sums in self._hits.items() if shape in wanted}
-        totals = np.zeros((len(kind_names()), 3), dtype=object)
         for shape in wanted:
             if shape not in self._hits:
                 sums = self._caster.hits(shape.sensor, shape.method, is_stale, shape.barrier)
                 if sums is None:
                     return None
                 self._hits[shape] = sums
+        return self._total_hits(wanted)
+
+    def _total_hits(self, shapes: list[Shape]) -> NDArray[np.object_]:
+        totals = np.zeros((len(kind_names()), 3), dtype=object)
+        for shape in shapes:
             totals[kind_names().index(shape.sensor.kind)] += np.array(self._hits[shape], dtype=object)
         return totals
 

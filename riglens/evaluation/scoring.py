@@ -142,9 +142,16 @@ class Scoring:
     def other(self, rig: Rig, settings: MetricSettings, cancel: Cancel) -> Scores:
         """Return the exact scores of a rig other than the one being edited; raise Cancelled when `cancel` returns True.
 
-        It uses a second engine, so the next edit still casts only what it changes.
+        With some sensors of that one switched off nothing is cast. For any other rig a second engine is used, so that
+        the next edit still casts only what it changes.
         """
-        return self._others.voxels.evaluate(rig, with_known_body(settings, rig), False, cancel=cancel).scores
+        settings = with_known_body(settings, rig)
+        found = self._evaluate.voxels.scores_without(rig, settings)
+        return found or self._others.voxels.evaluate(rig, settings, False, cancel=cancel).scores
+
+    def rest(self) -> None:
+        """Release what only a series of other rigs uses again; from any thread, where one in use ends as it began."""
+        self._others = Evaluator(self.scene.field, threads=self._others.threads)
 
     # ------------------------------------------------------------------ coarse
     def approximate(self, request: EvaluationRequest, cancel: Cancel) -> Approximation | None:

@@ -85,6 +85,24 @@ def test_random_edits_end_where_an_evaluation_from_scratch_does(field: EntropyFi
         )
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_a_rig_with_sensors_switched_off_scores_the_same_and_leaves_the_engine_as_it_was(
+    field: EntropyField, seed: int
+) -> None:
+    chance = np.random.default_rng(seed)
+    editor, engine = Editor(chance, GRID), Engine(field)
+    for _ in range(25):
+        editor.step()
+        rig, settings = editor.rig, editor.settings
+        before = engine.evaluate(rig, settings)
+        off = [s.model_copy(update={"enabled": s.enabled and chance.random() < 0.6}) for s in rig.sensors]
+        part = rig.model_copy(update={"sensors": tuple(off)})
+        assert engine.scores_without(part, settings) == evaluate(field, part, settings).scores
+        assert_same(engine.evaluate(rig, settings), before)
+    moved = rig_of(lidar((0.3, 0.2, 1.1)))
+    assert engine.scores_without(moved) is None, "a sensor that was not evaluated"
+
+
 def test_rigs_evaluated_from_scratch_score_as_when_their_sensors_are_held_one_by_one(
     field: EntropyField,
 ) -> None:
