@@ -272,8 +272,9 @@ def settle(window: MainWindow) -> None:
 def measured(window: MainWindow) -> tuple[int, int, float]:
     """Memory at rest in MB, objects of Qt in the window, and millions of voxels that the user chose."""
     settle(window)
+    window.bench.rest()  # as the window does after five seconds
     gc.collect()
-    trim()  # as the window does after five seconds
+    trim()
     shown = window.session.scene
     voxels = 0.0 if shown is None else math.prod(shown.field.grid.shape) / 1e6
     return int(psutil.Process().memory_info().rss // MEGABYTE), len(window.findChildren(QObject)), voxels

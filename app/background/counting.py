@@ -104,15 +104,11 @@ class CountAnswer:
 @dataclass(frozen=True)
 class OtherCount(BackgroundRequest):
     """One more rig to count, in all frames, while no CountRequest waits; answered by its figures of objects, None where
-    they cannot be counted.
-
-    `is_variant`: it has the sensors of the rig that was counted last, some of them switched off.
-    """
+    they cannot be counted."""
 
     rig: Rig
     settings: TargetSettings
     scene: LoadedScene
-    is_variant: bool = False
 
 
 Request = CountRequest | OtherCount
@@ -125,7 +121,8 @@ def make_counter(
     parent: QObject | None = None, budget_ms: float = BUDGET_MS, close_s: float = CLOSE_S
 ) -> Counter:
     """Return a worker that counts."""
-    return Counter("counting of objects", Counting(budget_ms), parent, close_s)
+    counting = Counting(budget_ms)
+    return Counter("counting of objects", counting, parent, close_s, rest=counting.rest)
 
 
 @dataclass
@@ -153,9 +150,8 @@ class Counting:
             raise InputError(NO_BOXES)
         data = self._data_of(request.scene.options, context)
         if isinstance(request, OtherCount):
-            engine = data.engine if request.is_variant else data.others
             settings = with_known_body(request.settings, request.rig)
-            return values_of_objects(engine.evaluate(request.rig, settings, cancel=context.is_stale))
+            return values_of_objects(data.others.evaluate(request.rig, settings, cancel=context.is_stale))
         # the first sample is never given up, so that a drag shows numbers
         frames = min(self._frames, data.traffic.frames)
         answer = _counted(data, request, frames, context.is_closing)
@@ -168,6 +164,12 @@ class Counting:
             answer = _counted(data, request, frames, context.is_stale)
         data.others.forget()  # they were compared with an earlier rig
         return answer
+
+    def rest(self) -> None:
+        """Release what only a series of other rigs uses again; from any thread, where one in use ends as it began."""
+        data = self._data
+        if data is not None:
+            data.others = data.engine.beside()
 
     def _adapt(self, elapsed_ms: float, frames: int) -> None:
         """Choose the next sample so that it takes about the budget."""

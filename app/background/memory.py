@@ -8,7 +8,7 @@ import sys
 import threading
 from collections.abc import Callable
 
-from PySide6.QtCore import QObject, QTimer
+from PySide6.QtCore import QObject, QTimer, Signal
 
 ARENAS, M_ARENA_MAX = 2, -8
 """Pools of memory for all threads, else eight for each processor that fill one after another; `mallopt` of glibc."""
@@ -22,6 +22,9 @@ WAIT_MS = 5000
 
 class FreedMemory(QObject):
     """Timer that releases freed memory soon after `note` was called, but not while `is_busy`."""
+
+    resting = Signal()
+    """Time to release what is of no use at rest."""
 
     def __init__(self, is_busy: Callable[[], bool], parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -38,6 +41,7 @@ class FreedMemory(QObject):
         if self._is_busy():
             self._timer.start()
         else:
+            self.resting.emit()
             threading.Thread(target=trim, name="memory", daemon=True).start()
 
 

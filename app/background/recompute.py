@@ -138,6 +138,11 @@ class Recompute(QObject):
         if dropped and not is_loading:
             self.load_ended.emit(CANCELLED, dropped[0])
 
+    def rest(self) -> None:
+        """Release what only a series of other rigs uses again."""
+        if self._scoring is not None:
+            self._scoring.rest()
+
     def wait_until_idle(self, timeout_s: float = 60.0) -> bool:
         """Block until nothing but background requests waits or runs; False on timeout. Results may still be queued
         as Qt events."""

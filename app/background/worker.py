@@ -120,9 +120,12 @@ class BackgroundWorker(QObject, Generic[Request, Answer]):
         parent: QObject | None = None,
         close_s: float = CLOSE_S,
         at_end: Callable[[], None] = lambda: None,
+        rest: Callable[[], None] = lambda: None,
     ) -> None:
-        """Set the function that answers requests; `name` names the thread in messages about unexpected errors."""
+        """Set the function that answers requests; `name` names the thread in messages about unexpected errors; `rest`
+        releases what is of no use at rest, from any thread."""
         super().__init__(parent)
+        self.rest = rest
         self._name, self._answer, self._close_s = name, answer, close_s
         self._queue = RequestQueue[Request]()
         self._thread = WorkerThread(name, self._queue, self._work, at_end)

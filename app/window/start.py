@@ -59,6 +59,7 @@ def open_window(opened: OpenedRig, scene: SceneOptions, score: ScoreOptions) -> 
     window.session.set_body(score.body)
     freed = FreedMemory(lambda: document.is_dragging, window)
     window.bench.answers.answered.connect(freed.note)
+    freed.resting.connect(window.bench.rest)
     for kept_answers in (RAYS, SHADOWS):  # 160 and 64 MB, of no use to another rig
         document.opened.connect(kept_answers.forget)
     grace = Grace()

@@ -105,6 +105,11 @@ class Workbench(QObject):
         self.tasks.failed.connect(self.report_error)
         self.closing.connect(self.tasks.close)
 
+    def rest(self) -> None:
+        """Release what is of no use until the next edit."""
+        self.recompute.rest()
+        self.counter.rest()
+
     def report_error(self, message: str, details: str = "") -> None:
         """Report a failure in a bar over the view that blocks nothing, with details on request."""
         self.errors.show_message(message, details)

@@ -55,8 +55,8 @@ class _Scratch(NamedTuple):
 class Contribution:
     """Hits on the m objects that count in the first `frames` frames: found int32 (COLUMNS, m) as in
     `kernels.objects.counts`, of other sensors than LiDARs its rows before CELLS; cells of object o, for LiDARs:
-    found[CELLS, o] of them, from cells[cell_starts[o]] on; inside (m,), for cameras: share of the silhouette of an
-    object that is hit inside the picture, for others (0,).
+    found[CELLS, o] of them, from cells[cell_starts[o]] on, cell_starts (0,) for others; inside (m,), for cameras: share
+    of the silhouette of an object that is hit inside the picture, for others (0,).
     """
 
     frames: int
@@ -159,7 +159,8 @@ class TargetCaster:
         found = reduce(_together, parts)
         self._count_cells_once(sensor, objects, found.found[kernel.RAYS])
         if not isinstance(sensor, Lidar):
-            found = dataclasses.replace(found, found=found.found[: kernel.CELLS].copy())
+            counted = found.found[: kernel.CELLS].copy()
+            found = dataclasses.replace(found, found=counted, cell_starts=found.cell_starts[:0].copy())
         if not isinstance(sensor, Camera):
             return found
         inside, met = np.zeros(found.found.shape[1]), np.flatnonzero(found.found[kernel.RAYS])

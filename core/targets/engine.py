@@ -52,6 +52,7 @@ class TargetEngine:
         self._held: dict[_Shape, Contribution] = {}
         self._shown: set[_Shape] = set()
         self._groups: Groups | None = None
+        self._grouped = WeakValueDictionary[range, Groups]()
         self._gatherer = Gatherer(self._workers)
 
     def beside(self, threads: int | None = None) -> TargetEngine:
@@ -109,7 +110,8 @@ class TargetEngine:
         self._held = {shape: self._held[shape] for shape in self._shown}
         by_sensor = {name: self._held[shape] for name, shape in wanted.items()}
         if self._groups is None or self._groups.span != span:
-            self._groups = Groups(self._traffic, span)
+            self._groups = self._grouped.get(span) or Groups(self._traffic, span)
+            self._grouped[span] = self._groups
         groups = self._groups
         objects = self._gatherer.objects(groups.every, rig, by_sensor)
         if groups.before:

@@ -154,7 +154,7 @@ def test_other_rigs_are_counted_in_all_frames_in_the_order_of_asking(
     counter: Counter, scene: LoadedScene
 ) -> None:
     rigs = [RIG.model_copy(update={"sensors": RIG.sensors[:count]}) for count in (0, 1, 2)]
-    requests = [OtherCount("a", str(k), rig, USUAL, scene, k == 1) for k, rig in enumerate(rigs)]
+    requests = [OtherCount("a", str(k), rig, USUAL, scene) for k, rig in enumerate(rigs)]
     found = others_of(counter, requests)
     assert [request for request, _ in found] == requests
     for (_, figures), rig in zip(found, rigs, strict=True):

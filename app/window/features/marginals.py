@@ -114,12 +114,10 @@ class Marginals(Feature):
         self.counted, self._now = asked, answer.figures
         self.bench.counter.ask_in_background(
             [
-                OtherCount(
-                    GROUP, name, with_enabled(asked.rig, (name,), False), asked.settings, asked.scene, True
-                )
+                OtherCount(GROUP, name, with_enabled(asked.rig, (name,), False), asked.settings, asked.scene)
                 for name in self._names(asked.rig)
             ]
-        )  # fmt: skip
+        )
         self._show_all()
 
     def _names(self, rig: Rig) -> list[str]:

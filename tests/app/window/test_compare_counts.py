@@ -36,7 +36,7 @@ def test_rigs_are_counted_once_the_rig_being_edited_is_and_show_it_first(desk: F
     assert asked(desk) == []
     count(desk)
     (request,) = asked(desk)
-    assert request.rig.name == "W+C" and not request.is_variant
+    assert request.rig.name == "W+C"
     assert shown(desk, "W+C") == "…"
     value = answered(desk, request)
     assert shown(desk, "W+C") == estimate_text(SHARE_5, value)
