@@ -163,6 +163,7 @@ class Counting:
             frames = min(GROWTH * frames, data.traffic.frames)
             answer = _counted(data, request, frames, context.is_stale)
         data.others.forget()  # they were compared with an earlier rig
+        data.engine.rest()
         return answer
 
     def rest(self) -> None:

@@ -7,6 +7,7 @@ import linecache
 import sys
 import threading
 from collections.abc import Callable
+from typing import Any
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
@@ -52,11 +53,24 @@ def share_memory() -> None:
         library.mallopt(M_MMAP_THRESHOLD, OWN_PAGES_BYTES)
 
 
-def trim() -> None:
-    """Give freed memory back now, where the C library is one that keeps it.
+class _LastFile(dict[str, Any]):
+    """Lines of the source that was read last."""
 
-    Source lines go, too: Shiboken reads those of every module that is imported, 40 MB, and they are read again for a
-    traceback."""
-    linecache.clearcache()
+    def __setitem__(self, name: str, lines: Any) -> None:
+        self.clear()
+        super().__setitem__(name, lines)
+
+    def __missing__(self, name: str) -> Any:
+        return 0, None, [], name  # it was there when this thread looked, and another has read a source since
+
+
+def keep_one_source() -> None:
+    """Have Python keep the lines of one source at a time, for modules yet to be imported: Shiboken reads those of every
+    module, 60 MB, and what is freed of them later lies between what is not."""
+    linecache.cache = _LastFile()
+
+
+def trim() -> None:
+    """Give freed memory back now, where the C library is one that keeps it."""
     if sys.platform == "linux" and hasattr(library := ctypes.CDLL(None), "malloc_trim"):
         library.malloc_trim(0)

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QApplication
 
 from riglens.app.background.compiling import OtherKernels
 from riglens.app.background.counting import make_counter
-from riglens.app.background.memory import FreedMemory, share_memory
+from riglens.app.background.memory import FreedMemory, keep_one_source, share_memory
 from riglens.app.background.recompute import Recompute
 from riglens.app.launch.interrupt import Grace, quit_on_interrupt
 from riglens.app.session.document import Document
@@ -39,6 +39,7 @@ def open_window(opened: OpenedRig, scene: SceneOptions, score: ScoreOptions) -> 
     and says what is wrong with them.
     """
     share_memory()
+    keep_one_source()
     RAYS.limit_bytes = KEPT_RAYS_BYTES
     app = QApplication.instance() or QApplication(["riglens"])
     assert isinstance(app, QApplication)
@@ -61,6 +62,7 @@ def open_window(opened: OpenedRig, scene: SceneOptions, score: ScoreOptions) -> 
     window.bench.answers.answered.connect(freed.note)
     freed.resting.connect(window.bench.rest)
     for kept_answers in (RAYS, SHADOWS):  # 160 and 64 MB, of no use to another rig
+        freed.resting.connect(kept_answers.release_unused)
         document.opened.connect(kept_answers.forget)
     grace = Grace()
     with quit_on_interrupt(app) as interrupt, failures_told(window.bench.report_error, state_folder()):

@@ -21,6 +21,8 @@ class KeptAnswers:
         self.limit_bytes = limit_bytes
         self._answers = OrderedDict[tuple[Callable[..., Any], Hashable], tuple[Any, dict[int, int]]]()
         """By function and argument, the last used last, with the bytes of their arrays by identity."""
+        self._used = set[tuple[Callable[..., Any], Hashable]]()
+        """What was used since the last `release_unused`."""
         self._lock = threading.Lock()
         self._finding: dict[tuple[Callable[..., Any], Hashable], threading.Lock] = {}
 
@@ -44,6 +46,7 @@ class KeptAnswers:
                     new = find(asked)
                     with self._lock:
                         self._answers[key] = new, _arrays_of(new)
+                        self._used.add(key)
                         while len(self._answers) > 1 and self.size_bytes > self.limit_bytes:
                             self._answers.popitem(last=False)
                 finally:
@@ -58,6 +61,7 @@ class KeptAnswers:
         held = self._answers.pop(key, None)
         if held is not None:
             self._answers[key] = held
+            self._used.add(key)
         return held
 
     @property
@@ -65,6 +69,15 @@ class KeptAnswers:
         """The bytes of all that is kept; arrays that several answers share count once."""
         each = {name: size for _, arrays in self._answers.values() for name, size in arrays.items()}
         return sum(each.values())
+
+    def release_unused(self) -> None:
+        """Release what was not used since the last call, the longest unused first, down to a quarter of the limit."""
+        with self._lock:
+            for key in [key for key in self._answers if key not in self._used]:
+                if self.size_bytes <= self.limit_bytes // 4:
+                    break
+                del self._answers[key]
+            self._used.clear()
 
     def forget(self) -> None:
         """Release everything: what is needed again is made again."""

@@ -121,6 +121,10 @@ class TargetCaster:
         other._workers, other._scratch = workers, _scratch(workers, 0)
         return other
 
+    def rest(self) -> None:
+        """Release the memory of the workers, 16 bytes for each ray of the last sensor, until the next one is cast."""
+        self._scratch = _scratch(self._workers, 0)
+
     def _boxes_of(self, shape: Shape) -> FrameBoxes:
         """Return the boxes for the kernels."""
         if shape not in self._boxes:

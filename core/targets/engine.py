@@ -64,6 +64,10 @@ class TargetEngine:
         other.forget()
         return other
 
+    def rest(self) -> None:
+        """Release what the next sensor needs anew; of engines beside this one, too."""
+        self._caster.rest()
+
     def forget(self) -> None:
         """Release what is held of sensors; an engine beside this one keeps its own."""
         self._held, self._shown, self._groups = {}, set(), None

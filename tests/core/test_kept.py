@@ -44,6 +44,24 @@ def test_functions_share_the_room_and_what_is_forgotten_is_made_again():
     assert kept.size_bytes == 0 and other(4_000) is not second
 
 
+def test_what_was_not_used_since_the_last_release_goes_until_little_is_left():
+    kept = KeptAnswers(10_000)
+    zeros = kept.of(lambda count: np.zeros(count, np.uint8))
+    oldest, first, second, _ = (zeros(count) for count in (1_500, 4_000, 3_000, 600))
+    kept.release_unused()
+    assert zeros(4_000) is first and kept.size_bytes == 9_100
+    kept.release_unused()
+    assert kept.size_bytes == 4_000 and zeros(4_000) is first
+    kept.release_unused()
+    kept.release_unused()
+    assert kept.size_bytes == 0
+    assert zeros(1_500) is not oldest and zeros(3_000) is not second
+    small = zeros(600)
+    for _ in range(3):
+        kept.release_unused()
+    assert zeros(600) is small
+
+
 def test_bytes_are_those_of_all_arrays_in_tuples_and_fields_each_once():
     RAYS.forget()
     camera = Camera(
