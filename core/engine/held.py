@@ -1,4 +1,4 @@
-"""What an engine holds of the rig evaluated last."""
+"""The state of an engine: the sensors of the rig evaluated last and the voxels that they traverse."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ class KeptAnswers:
         self._answers = OrderedDict[tuple[Callable[..., Any], Hashable], tuple[Any, dict[int, int]]]()
         """By function and argument, the last used last, with the bytes of their arrays by identity."""
         self._used = set[tuple[Callable[..., Any], Hashable]]()
-        """What was used since the last `release_unused`."""
+        """Used since the last `release_unused`."""
         self._lock = threading.Lock()
         self._finding: dict[tuple[Callable[..., Any], Hashable], threading.Lock] = {}
 
