@@ -40,9 +40,9 @@ class DisplayGrid:
             block += 1
             flags = np.zeros([-(-n // block) for n in pog.grid.shape], np.uint8)
             cells.flag_blocks(_cell_map(pog.index, NO_NUMBERS, block), flags)
-            used = np.argwhere(flags)
-            if len(used) <= max_cells:
+            if np.count_nonzero(flags.view(np.bool_)) <= max_cells:
                 break
+        used = np.transpose(np.unravel_index(np.flatnonzero(flags.view(np.bool_)), flags.shape))
         numbers = np.cumsum(flags.ravel(), dtype=np.int32).reshape(flags.shape) - 1
         centres = np.array(pog.grid.origin_m) + (used + 0.5) * block * pog.grid.voxel_m
         return cls(pog, field, block, block * pog.grid.voxel_m, centres.astype(np.float32), numbers)
