@@ -69,6 +69,12 @@ class OtherKernels:
                         command, stdin=nothing, stdout=nothing, stderr=nothing
                     )
 
+    def is_done(self, step: str) -> bool:
+        """Return whether the kernels of a step are on disk."""
+        from riglens.evaluation.kernel_steps import is_done  # as above
+
+        return is_done(step)
+
     def _running(self) -> list[subprocess.Popen[bytes]]:
         with self._lock:
             return [one for one in self._processes.values() if one is not None and one.poll() is None]

@@ -1,6 +1,7 @@
 """Count points and pixels on objects in a separate thread: first in a sample of frames, at rest in all of them.
 
-Its kernels are serial, so that it can run in parallel with the thread that computes the scores.
+Its kernels are serial, so that it can run in parallel with the thread that computes the scores. At rest helpers take
+some of the frames; during a drag the processors are left to scores and drawing.
 """
 
 from __future__ import annotations
@@ -23,7 +24,6 @@ from riglens.core.scene.boxes import CLASSES
 from riglens.core.targets.settings import TargetSettings
 from riglens.evaluation.known_body import with_known_body
 from riglens.evaluation.options import SceneOptions
-from riglens.evaluation.requests import LoadedScene
 
 if TYPE_CHECKING:  # made by the thread, which loads the compiler
     from riglens.core.targets.counts import Counted
@@ -40,16 +40,21 @@ FEWEST_FRAMES, FIRST_FRAMES, GROWTH = 16, 32, 4
 
 @dataclass(frozen=True)
 class CountRequest:
-    """Request to count; `baseline_rig` is the reference of changes; with_losses: also what hides objects from cameras,
-    once all frames are counted. Equal requests have the same answer."""
+    """Request to count the objects of a data set, which may be loaded for the scores meanwhile; `baseline_rig` is the
+    reference of changes; with_losses: also what hides objects from cameras, once all frames are counted. Equal
+    requests about the same load have the same answer."""
 
     revision: int = field(compare=False)
     rig: Rig
     baseline_rig: Rig
     settings: TargetSettings
-    scene: LoadedScene
+    options: SceneOptions
     is_preview: bool = field(default=False, compare=False)
     with_losses: bool = False
+
+    def is_as(self, other: CountRequest) -> bool:
+        """Return whether the answer to both is the same, and is given in the same way."""
+        return (self, self.is_preview) == (other, other.is_preview) and self.options is other.options
 
 
 def figures_beside_scores() -> tuple[ObjectFigure, ...]:
@@ -108,7 +113,7 @@ class OtherCount(BackgroundRequest):
 
     rig: Rig
     settings: TargetSettings
-    scene: LoadedScene
+    options: SceneOptions
 
 
 Request = CountRequest | OtherCount
@@ -118,20 +123,25 @@ Counter = BackgroundWorker[Request, Answer]
 
 
 def make_counter(
-    parent: QObject | None = None, budget_ms: float = BUDGET_MS, close_s: float = CLOSE_S
+    parent: QObject | None = None,
+    budget_ms: float = BUDGET_MS,
+    close_s: float = CLOSE_S,
+    threads: int | None = None,
 ) -> Counter:
     """Return a worker that counts."""
-    counting = Counting(budget_ms)
+    counting = Counting(budget_ms, threads)
     return Counter("counting of objects", counting, parent, close_s, rest=counting.rest)
 
 
 @dataclass
 class _Data:
-    """Objects of one data set, with an engine for the rig, one for the baseline and one for other rigs."""
+    """Objects of one data set, with an engine for the rig, one for it during a drag, one for the baseline and one for
+    other rigs."""
 
     options: SceneOptions
     traffic: Traffic
     engine: TargetEngine
+    dragged: TargetEngine
     baseline: TargetEngine
     others: TargetEngine
 
@@ -139,16 +149,16 @@ class _Data:
 class Counting:
     """Counter of objects in samples of frames; called by one thread."""
 
-    def __init__(self, budget_ms: float) -> None:
-        self._budget_ms = budget_ms
+    def __init__(self, budget_ms: float, threads: int | None = None) -> None:
+        self._budget_ms, self._threads = budget_ms, threads
         self._data: _Data | None = None
         self._frames = FIRST_FRAMES
 
     def __call__(self, request: Request, context: Context[Answer]) -> Answer:
         """Count a sample at once; when the mouse rests, growing samples until all frames are in."""
-        if request.scene.options.pog is not None:
+        if request.options.pog is not None:
             raise InputError(NO_BOXES)
-        data = self._data_of(request.scene.options, context)
+        data = self._data_of(request.options, context)
         if isinstance(request, OtherCount):
             settings = with_known_body(request.settings, request.rig)
             return values_of_objects(data.others.evaluate(request.rig, settings, cancel=context.is_stale))
@@ -162,7 +172,8 @@ class Counting:
             context.publish(answer)
             frames = min(GROWTH * frames, data.traffic.frames)
             answer = _counted(data, request, frames, context.is_stale)
-        data.others.forget()  # they were compared with an earlier rig
+        for one in (data.dragged, data.others):  # the latter were compared with an earlier rig
+            one.forget()
         data.engine.rest()
         return answer
 
@@ -189,8 +200,10 @@ class Counting:
 
             self._data = None
             traffic = load_traffic(options, WITHIN_M, context.stop_if_closing)
-            engine = TargetEngine(traffic, threads=1)
-            self._data = _Data(options, traffic, engine, engine.beside(), engine.beside())
+            engine = TargetEngine(traffic, self._threads)
+            self._data = _Data(
+                options, traffic, engine, engine.beside(threads=1), engine.beside(), engine.beside()
+            )
         return self._data
 
 
@@ -198,7 +211,8 @@ def _counted(data: _Data, request: CountRequest, frames: int, cancel: Callable[[
     """Count the rig and the baseline in the same frames."""
     settings = with_known_body(request.settings, request.rig)
     with_losses = request.with_losses and frames == data.traffic.frames
-    counted = data.engine.evaluate(request.rig, settings, frames, cancel=cancel, with_losses=with_losses)
+    engine = data.dragged if request.is_preview else data.engine
+    counted = engine.evaluate(request.rig, settings, frames, cancel=cancel, with_losses=with_losses)
     baseline = counted
     if request.baseline_rig == request.rig:
         data.baseline.forget()

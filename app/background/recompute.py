@@ -59,6 +59,9 @@ class Recompute(QObject):
     """An exact Result."""
     approximated = Signal(object)
     """An Approximation, never the last answer to a request that nothing newer replaces."""
+    boxes_named = Signal(object)
+    """The SceneOptions of a load before the first scene, if the kernels that count its objects are on disk: they can
+    be counted meanwhile."""
     scene_loaded = Signal(object)
     load_progress = Signal(float)
     load_preparing = Signal()
@@ -188,6 +191,8 @@ class Recompute(QObject):
         from riglens.evaluation.scoring import Scoring, load_scene  # loads the compiler
 
         half = self._compile_beside()
+        if self._scoring is None and self._others is not None and self._others.is_done("points"):
+            self.boxes_named.emit(request)
         scene = (self._loader or load_scene)(request, partial(self._report_progress, job))
         self._stop_if_stale(job)
         scoring = Scoring(scene, self._threads, self._coarse_above_ms)

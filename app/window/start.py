@@ -56,7 +56,9 @@ def open_window(opened: OpenedRig, scene: SceneOptions, score: ScoreOptions) -> 
     recompute = Recompute(threads=score.threads, waits=True, others=OtherKernels())
     viewport.shown.connect(recompute.begin, Qt.ConnectionType.SingleShotConnection)
     QTimer.singleShot(LONGEST_WAIT_MS, recompute, recompute.begin)
-    window = MainWindow(document, viewport, recompute, make_counter(), scene, settings, kept=kept)
+    window = MainWindow(
+        document, viewport, recompute, make_counter(threads=score.threads), scene, settings, kept=kept
+    )
     window.session.set_body(score.body)
     freed = FreedMemory(lambda: document.is_dragging, window)
     window.bench.answers.answered.connect(freed.note)

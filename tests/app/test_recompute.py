@@ -187,6 +187,35 @@ def test_the_open_rig_is_compiled_first_and_all_else_after_its_answer(
     assert done == ["fans beside", f"warm up {len(wanted.rig.sensors)}", "others"]
 
 
+@pytest.mark.parametrize("are_compiled", [False, True])
+def test_only_boxes_of_the_first_scene_are_named_and_only_where_counting_compiles_nothing(
+    qtbot: QtBot, tmp_path: Path, are_compiled: bool
+) -> None:
+    class Others(OtherKernels):
+        def is_done(self, step: str) -> bool:
+            return are_compiled
+
+        def begin(self) -> None:
+            """Compile nothing."""
+
+        def begin_beside(self, half: str) -> None:
+            """Compile nothing."""
+
+    recompute = Recompute(threads=1, coarse_above_ms=math.inf, others=Others())
+    told = list[object]()
+    recompute.boxes_named.connect(told.append, QUEUED)
+    recompute.scene_loaded.connect(told.append, QUEUED)
+    first, second = scene_options(tmp_path), scene_options(tmp_path, voxel_m=1.0)
+    for options in (first, second):
+        recompute.load(options)
+        assert recompute.wait_until_idle(TIMEOUT_S)
+    QApplication.processEvents()
+    recompute.close()
+    scenes = [one for one in told if isinstance(one, LoadedScene)]
+    assert [one.options for one in scenes] == [first, second]
+    assert told == [*([first] if are_compiled else []), *scenes]
+
+
 class SlowEngine:
     """Waits at a gate in each evaluation, then asks once whether it is stale."""
 

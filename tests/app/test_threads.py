@@ -21,6 +21,7 @@ from riglens.app.background.counting import make_counter
 from riglens.app.background.pictures import PictureRequest, SensorPicture, make_pictures
 from riglens.app.background.tasks import Tasks
 from riglens.core.figures.registry import voxel_heat_maps
+from riglens.core.in_threads import HELPER
 from riglens.core.rig.model import Vehicle
 from riglens.core.targets.detection_range import RangePlan
 from riglens.core.vehicle.solid import Solid
@@ -58,7 +59,7 @@ def callers(monkeypatch: pytest.MonkeyPatch) -> dict[str, set[str]]:
         kind = "parallel" if is_parallel(function) else "serial"
 
         def call(*arguments: Any) -> Any:
-            found[kind].add(threading.current_thread().name)
+            found[kind].add(threading.current_thread().name.split("_")[0])
             return function(*arguments)
 
         return call
@@ -67,7 +68,7 @@ def callers(monkeypatch: pytest.MonkeyPatch) -> dict[str, set[str]]:
         is_for_pictures = (
             module in ("riglens.core.kernels.body.hits", "riglens.core.kernels.rays.clip") and name[0] != "_"
         ) or (module, name) == ("riglens.core.kernels.body.solid", "meet_listed")
-        is_for_counting = module.endswith((".objects.counts", ".unique_cells")) and name.endswith("_serial")
+        is_for_counting = module.endswith(".objects.counts") and name == "cast_frames"
         if is_parallel(kernel) or is_for_pictures or is_for_counting:
             monkeypatch.setattr(sys.modules[module], name, noted(kernel))
     return found
@@ -102,7 +103,7 @@ def test_everything_in_the_window_calls_parallel_kernels_on_one_thread(
         assert bench.features.sensor_view.pictures._thread.is_started
     assert callers == {
         "parallel": {"recompute"},
-        "serial": {"sensor view", "counting of objects", "places of sensors", "detection range"},
+        "serial": {"sensor view", "counting of objects", "places of sensors", "detection range", HELPER},
     }
 
 

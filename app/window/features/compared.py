@@ -14,7 +14,6 @@ from riglens.app.window.workbench import Workbench
 from riglens.core.figures.values import Values
 from riglens.core.metric.scores import MetricSettings, Scores
 from riglens.core.rig.model import Rig
-from riglens.core.targets.settings import TargetSettings
 from riglens.evaluation.requests import LoadedScene, Result
 from riglens.widgets.panels.compare.model import CompareRow, Origin
 
@@ -108,7 +107,7 @@ class ComparedRigs(QObject):
         """Store the counts of a rig; another way of counting discards all other counts."""
         request, before = answer.request, self._counted
         self._counted = request, answer.figures
-        if before is None or _way(before[0]) != _way(request):
+        if before is None or not _are_counted_alike(before[0], request):
             self._drop_figures()
         now = self._rows.get(CURRENT)
         if now is not None and now.rig == request.rig:
@@ -119,7 +118,7 @@ class ComparedRigs(QObject):
         """Discard all scores, and all counts of other traffic than the current one."""
         self._scored_on = None
         self._rows = {key: replace(row, scores=None) for key, row in self._rows.items()}
-        if self._counted is not None and self._counted[0].scene is not scene:
+        if self._counted is not None and (scene is None or self._counted[0].options is not scene.options):
             self._counted = None
             self._drop_figures()
         self._forget()
@@ -169,7 +168,7 @@ class ComparedRigs(QObject):
         ]
         self._asked_counts.update(row.key for row in new)
         self._counter.ask_in_background(
-            [OtherCount(GROUP, row.key, row.rig, counted.settings, counted.scene) for row in new]
+            [OtherCount(GROUP, row.key, row.rig, counted.settings, counted.options) for row in new]
         )
 
     def _take_count(self, request: OtherCount, figures: Values | None) -> None:
@@ -177,7 +176,7 @@ class ComparedRigs(QObject):
         row = self._rows.get(request.name) if request.group == GROUP else None
         if row is None or counted is None or row.rig is not request.rig:
             return
-        if (request.scene, request.settings) == _way(counted[0]):
+        if _are_counted_alike(request, counted[0]):
             self._rows[row.key] = replace(row, counted=figures or {})
             self.changed.emit()
 
@@ -190,6 +189,6 @@ class ComparedRigs(QObject):
             self.changed.emit()
 
 
-def _way(counted: CountRequest) -> tuple[LoadedScene, TargetSettings]:
-    """Return what figures side by side must have in common: the traffic and the counting settings."""
-    return counted.scene, counted.settings
+def _are_counted_alike(one: CountRequest | OtherCount, other: CountRequest) -> bool:
+    """Return whether figures have in common what figures side by side must: the traffic and the counting settings."""
+    return one.options is other.options and one.settings == other.settings

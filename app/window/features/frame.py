@@ -120,8 +120,8 @@ class FrameView(Feature):
         self._targets.panel.set_frames(0 if traffic is None else traffic.frames)
         for key in ("show_frame", "next_missed", "play_frames"):
             self.actions[key].setEnabled(traffic is not None)
-        answer = self._targets.answer
-        if self._plain is None and answer is not None and answer.request.scene is self.session.scene:
+        answer = self._targets.answer_on_scene
+        if self._plain is None and answer is not None:
             self._plain = plain_frame(answer.traffic)
             self._show_plain()
 

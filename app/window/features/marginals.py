@@ -114,7 +114,7 @@ class Marginals(Feature):
         self.counted, self._now = asked, answer.figures
         self.bench.counter.ask_in_background(
             [
-                OtherCount(GROUP, name, with_enabled(asked.rig, (name,), False), asked.settings, asked.scene)
+                OtherCount(GROUP, name, with_enabled(asked.rig, (name,), False), asked.settings, asked.options)
                 for name in self._names(asked.rig)
             ]
         )
@@ -182,7 +182,7 @@ class Marginals(Feature):
         asked = self.counted
         if request.group != GROUP or asked is None or figures is None:
             return
-        if request.scene is not asked.scene or request.settings != asked.settings:
+        if request.options is not asked.options or request.settings != asked.settings:
             return
         if request.rig == with_enabled(asked.rig, (request.name,), False):
             self.figures[request.name] = figures

@@ -71,10 +71,8 @@ class SweepField(Feature):
 
     def _request(self, edit: NumberEdit) -> FieldRequest | None:
         """Return the request for a field; None if it has no single value, or if there are no objects."""
-        answer, names, path = self._targets.answer, self.document.selection, edit.path
-        if answer is None or answer.request.scene is not self.session.scene:
-            return None
-        if edit.value is None or path is None or not edit.isEnabled() or len(names) > 1:
+        answer, names, path = self._targets.answer_on_scene, self.document.selection, edit.path
+        if answer is None or edit.value is None or path is None or not edit.isEnabled() or len(names) > 1:
             return None
         if not edit.isVisibleTo(self.bench.panels.inspector):  # of the form of what was selected before
             return None

@@ -16,6 +16,7 @@ from riglens.core.figures.registry import leading_figures
 from riglens.core.figures.sentence import sentence
 from riglens.core.figures.text import estimate_text
 from riglens.core.figures.values import FigureCells, Values
+from riglens.evaluation.options import SceneOptions
 from riglens.widgets.panels.controls.scrolled import scrolled
 from riglens.widgets.panels.targets.panel import MOST_POINTS, TargetsPanel
 from riglens.widgets.timers import Timers, single_shot
@@ -41,6 +42,10 @@ class Targets(Feature):
         self._exact: tuple[CountRequest, Mapping[str, FigureCells]] | None = None
         """The last request answered from all frames, with its figures next to the scores."""
         self._asked: CountRequest | None = None
+        self._ahead: SceneOptions | None = None
+        """The boxes of the first load, if they may be counted meanwhile."""
+        self._early: CountAnswer | None = None
+        """The last answer that came before the first scene."""
         self._with_losses = False
         self._least_revision = 0
         """Answers on earlier revisions are about a rig that is no longer open."""
@@ -58,6 +63,11 @@ class Targets(Feature):
             document.rig_changed, document.rig_settled, document.failed_changed, self.session.baseline_changed,
         ):  # fmt: skip
             changed.connect(self._ask)
+        bench.recompute.boxes_named.connect(self._count_ahead, queued)
+        bench.recompute.load_ended.connect(self._end_load, queued)
+        self.session.scene_changed.connect(
+            self._take_early, queued
+        )  # once all have forgotten the scene before
         bench.answers.answered.connect(lambda _: self._ask())
         bench.answers.forgotten.connect(self._forget)
         bench.theme_changed.connect(lambda _: self._show())
@@ -71,6 +81,16 @@ class Targets(Feature):
         """Return whether the shown results answer the last request from all frames."""
         answer = self.answer
         return answer is not None and answer.is_whole and answer.request is self._asked
+
+    @property
+    def answer_on_scene(self) -> CountAnswer | None:
+        """Return the last answer that was shown; None if it is about other traffic than that of the scene."""
+        answer = self.answer
+        return answer if answer is not None and self._is_on_scene(answer) else None
+
+    def _is_on_scene(self, answer: CountAnswer) -> bool:
+        scene = self.session.scene
+        return scene is not None and answer.request.options is scene.options
 
     def want_losses(self, wanted: bool) -> None:
         """Also request what hides objects from cameras, or no longer."""
@@ -87,30 +107,54 @@ class Targets(Feature):
         self.panel.show_settings(self.session.targets)
         self._ask()
 
+    def _count_ahead(self, options: SceneOptions) -> None:
+        """Count the objects of the first load while it is under way."""
+        self._ahead = options
+        self._ask()
+
+    def _end_load(self, problem: str, options: SceneOptions) -> None:
+        if problem and options is self._ahead:
+            self._ahead = self._asked = None
+            self.counter.drop()
+
+    def forget_scene(self) -> None:
+        """Count no objects of an earlier load."""
+        scene = self.session.scene
+        if scene is not None and self._ahead is not scene.options:
+            self._ahead = None
+
+    def _boxes(self) -> SceneOptions | None:
+        """Return the boxes whose objects to count: scores come first where both would compile at once."""
+        scene, scored = self.session.scene, self.bench.answers.result
+        return scene.options if scene and scored and scored.scene is scene else self._ahead
+
     def _ask(self) -> None:
         """Request the counts of the current rig, unless that was done already."""
-        session, document, first = self.session, self.document, self.bench.answers.result
-        if session.scene is None or first is None or first.scene is not session.scene:
-            return  # scores come first: both would compile at once
+        session, document, options = self.session, self.document, self._boxes()
+        if options is None:
+            return
         settings = replace(session.targets, body=session.settings.body)
         request = CountRequest(
-            document.revision, session.working_rig, session.with_mesh(session.baseline), settings, session.scene,
+            document.revision, session.working_rig, session.with_mesh(session.baseline), settings, options,
             document.is_dragging, self._with_losses,
         )  # fmt: skip
-        asked = self._asked
-        if asked is not None and (asked, asked.is_preview) == (request, request.is_preview):
+        if self._asked is not None and self._asked.is_as(request):
             return
         self._asked = request
         self._grey()
         self.counter.ask(request)
 
+    def _take_early(self) -> None:
+        if self._early is not None:
+            self._take(self._early.request, self._early)
+
     def _take(self, _: CountRequest, answer: CountAnswer) -> None:
         """Show an answer, during a drag perhaps later; not one of other traffic or of a rig before the one shown."""
-        shown = self.answer
-        if answer.request.scene is not self.session.scene:
+        shown = self.answer or self._early
+        if answer.request.revision < (self._least_revision if shown is None else shown.request.revision):
             return
-        least = self._least_revision if shown is None else shown.request.revision
-        if answer.request.revision < least:
+        self._early = answer if self.session.scene is None else None
+        if not self._is_on_scene(answer):
             return
         self.answer = answer
         if answer.is_whole:
@@ -151,7 +195,7 @@ class Targets(Feature):
         """Return the figures next to the scores, by key: of a sample, the last exact value plus the change in the same
         frames."""
         exact, asked = self._exact, answer.request
-        if exact is None or answer.is_whole or exact[0].scene is not asked.scene:
+        if exact is None or answer.is_whole or exact[0].options is not asked.options:
             return answer.cells
         known, cells = exact
         if (known.settings, known.baseline_rig) != (asked.settings, asked.baseline_rig):

@@ -108,8 +108,8 @@ class Tolerance(Feature):
         result, session = self.bench.answers.result, self.session
         if self.profile is None or result is None or session.scene is None:
             return None
-        count, settings = self._targets.answer, replace(session.settings, body=session.body)
-        traffic = count.traffic if count is not None and count.request.scene is session.scene else None
+        count, settings = self._targets.answer_on_scene, replace(session.settings, body=session.body)
+        traffic = None if count is None else count.traffic
         return ToleranceRequest(
             GROUP, "", session.working_rig, settings, session.scene, profile=self.profile,
             draws=DRAWS, targets=session.targets, traffic=traffic,

@@ -76,7 +76,7 @@ def test_counts_last_as_long_as_their_traffic(desk: FullDesk) -> None:
     count(desk)
     name = desk.document.rig.name
     counted = shown(desk, name)
-    rigs.drop_scores(desk.features.targets.answer.request.scene)
+    rigs.drop_scores(desk.session.scene)
     assert "%" in counted and shown(desk, name) == counted
     rigs.drop_scores(None)
     assert "%" not in shown(desk, name)

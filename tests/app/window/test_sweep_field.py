@@ -25,12 +25,9 @@ def desk(followed):
 
 
 @pytest.fixture
-def targets(desk):
+def targets():
     """A feature that has counted."""
-    traffic = SimpleNamespace(frames=2500)
-    return SimpleNamespace(
-        answer=SimpleNamespace(request=SimpleNamespace(scene=desk.session.scene), traffic=traffic)
-    )
+    return SimpleNamespace(answer_on_scene=SimpleNamespace(traffic=SimpleNamespace(frames=2500)))
 
 
 @pytest.fixture
@@ -95,9 +92,9 @@ def test_there_is_no_sweep_without_a_value_or_objects(desk, feature, targets):
     document.select(names[0])
     edit = field(desk, "z")
     assert entry(feature, edit).isEnabled()
-    known, targets.answer = targets.answer, None
+    known, targets.answer_on_scene = targets.answer_on_scene, None
     assert not entry(feature, edit).isEnabled()
-    targets.answer = known
+    targets.answer_on_scene = known
     edit.setEnabled(False)  # as of a sensor that is locked
     assert not entry(feature, edit).isEnabled()
     edit.setEnabled(True)

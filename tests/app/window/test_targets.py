@@ -16,9 +16,10 @@ from riglens.core.figures.predicted import PREDICTED
 from riglens.core.figures.text import estimate_text
 from riglens.core.geometry import Pose
 from riglens.core.rig.model import Rig
+from riglens.evaluation.options import SceneOptions
 from riglens.widgets.panels.scores.text import FIGURES_HELP
 from tests.app.window.counts import answer
-from tests.app.window.desk import Desk, open_desk
+from tests.app.window.desk import Desk, loaded, open_desk
 from tests.hand_clock import HandTimers
 
 
@@ -58,6 +59,55 @@ def test_nothing_is_counted_before_the_first_scores(desk: Desk, targets: Targets
     assert not desk.counter.requests
     desk.answer()
     assert len(desk.counter.requests) == 1
+
+
+def name_boxes(desk: Desk, options: SceneOptions) -> None:
+    desk.recompute.boxes_named.emit(options)
+    QApplication.processEvents()
+
+
+def test_objects_are_counted_while_their_scene_is_loaded_and_shown_with_it(
+    desk: Desk, targets: Targets
+) -> None:
+    scene = loaded()
+    name_boxes(desk, scene.options)
+    (request,) = desk.counter.requests
+    whole = answer(request)
+    take(targets, whole)
+    assert targets.answer is None
+    desk.session.show_scene(scene)
+    QApplication.processEvents()
+    assert targets.answer is whole and targets.is_current
+    desk.answer()
+    assert desk.counter.requests == [request]
+
+
+def test_another_rig_is_counted_while_the_scene_is_loaded(desk: Desk, targets: Targets) -> None:
+    scene = loaded()
+    name_boxes(desk, scene.options)
+    desk.drag("roof", (0.3, 0.0, 2.0))
+    first, last = desk.counter.requests[0], desk.counter.requests[-1]
+    assert first.rig != last.rig == desk.document.rig
+    take(targets, answer(last))
+    take(targets, answer(first))
+    desk.session.show_scene(scene)
+    QApplication.processEvents()
+    assert targets.is_current
+
+
+@pytest.mark.parametrize("is_loaded", [False, True])
+def test_boxes_that_were_named_count_no_longer_after_another_load(
+    desk: Desk, targets: Targets, is_loaded: bool
+) -> None:
+    named = SceneOptions()
+    name_boxes(desk, named)
+    if not is_loaded:
+        desk.recompute.load_ended.emit("Loading was cancelled.", named)
+        QApplication.processEvents()
+    scene = desk.load()
+    assert len(desk.counter.requests) == 1
+    desk.answer()
+    assert desk.counter.requests[-1].options is scene.options is not named
 
 
 def test_scores_of_the_same_rig_ask_for_nothing_new(desk: Desk, targets: Targets) -> None:
