@@ -132,8 +132,12 @@ def shared_data() -> Path:
 
 
 def _python_threads() -> set[threading.Thread]:
-    """Threads started from Python; those that Numba, VTK and Qt start themselves are not in the list."""
-    return {thread for thread in threading.enumerate() if not isinstance(thread, threading._DummyThread)}
+    """Threads started from Python, but for those that stay to help; those that Numba, VTK and Qt start themselves are
+    not in the list."""
+    from riglens.core.in_threads import HELPER  # not before the environment is set
+
+    every = (one for one in threading.enumerate() if not isinstance(one, threading._DummyThread))
+    return {one for one in every if not one.name.startswith(HELPER)}
 
 
 @pytest.fixture(autouse=True)

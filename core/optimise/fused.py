@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from riglens.core.in_threads import in_threads
 from riglens.core.kernels.optimise import gains as kernel
 from riglens.core.optimise.tables import FEW, Cells, CoverTable, Doubles, Ids, hull
 
@@ -142,8 +143,9 @@ class FusedTable:
     def gains_in(self, state: _State, ids: Ids) -> Ids:
         """Return what each of some candidates adds in a state."""
         found = np.empty(len(ids), np.int64)
-        gains = kernel.fused_gains_serial if len(ids) <= FEW else kernel.fused_gains
-        gains(self.fused, ids, state.covered, state.known, state.chance, state.worth, self._workers, found)
+        how = self.fused, ids, state.covered, state.known, state.chance, state.worth
+        shares = 1 if len(ids) <= FEW else self._workers
+        in_threads(shares, lambda share: kernel.fused_gains(*how, share, shares, found))
         return found
 
     def above(self) -> CoverTable | None:

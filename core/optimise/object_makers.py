@@ -115,7 +115,7 @@ class ObjectMaker(Maker[C]):
         traffic, frames, settings, self._solid, workers, weights = objects
         self._traffic, self._frames, self._workers = traffic, frames, workers
         self._settings = replace(settings, min_points=1, calibration=None)
-        self._caster, self._serial = TargetCaster(traffic, workers), TargetCaster(traffic)
+        self._caster = TargetCaster(traffic, workers)
         self._box = np.flatnonzero(traffic.counts[: traffic.starts[frames]])
         self._cls, self._ring = traffic.cls[self._box], weights.at(traffic.distance_m[self._box])
 
@@ -132,11 +132,11 @@ class ObjectMaker(Maker[C]):
 
         Each sensor is cast by one thread, several at a time: threads that share the few rays of one gain little.
         """
-        is_over, waiting = Event(), deque[Future[C]]()
+        is_over, waiting, caster = Event(), deque[Future[C]](), self._caster.with_workers(1)
         with ThreadPoolExecutor(self._workers) as pool:
             try:
                 for sensors in sets:
-                    waiting.append(pool.submit(self._cast, self._serial, sensors, is_over.is_set))
+                    waiting.append(pool.submit(self._cast, caster, sensors, is_over.is_set))
                     if len(waiting) > self._workers:
                         yield waiting.popleft().result()
                     if is_stale():

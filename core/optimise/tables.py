@@ -11,6 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from riglens.core.in_threads import in_threads
 from riglens.core.kernels.optimise import gains as kernel
 
 Ids = NDArray[np.int64]
@@ -150,8 +151,9 @@ class CoverTable:
     def gains_in(self, state: State, ids: Ids) -> Ids:
         """Return what each of some candidates adds in a state."""
         found = np.empty(len(ids), np.int64)
-        gains = kernel.gains_serial if len(ids) <= FEW else kernel.gains  # to wake others takes longer
-        gains(self.cover, ids, state.covered, state.known, self.workers, found)
+        shares = 1 if len(ids) <= FEW else self.workers  # to wake others takes longer
+        how = self.cover, ids, state.covered, state.known
+        in_threads(shares, lambda share: kernel.gains(*how, share, shares, found))
         return found
 
     def losses(self) -> Ids | None:

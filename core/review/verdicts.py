@@ -143,7 +143,7 @@ class ObjectVisibility:
 def verdicts(
     rig: Rig, profiles: Sequence[Profile], body: Body, workers: int = 1
 ) -> tuple[ProfileVerdict, ...]:
-    """Return a rig's verdicts on profiles; with several workers only the thread of the parallel kernels may call it."""
+    """Return a rig's verdicts on profiles."""
     return ObjectVisibility(rig, body, workers).verdicts(profiles)
 
 

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from riglens.core.in_threads import in_threads
 from riglens.core.kernels.body.screen import Screen
 from riglens.core.kernels.rays.cast import Cast
 from riglens.core.kernels.runtime import codes
@@ -168,7 +169,7 @@ def barrier_ends(sensor: Sensor, barrier: Barrier, workers: int = 1) -> NDArray[
     """Return the distance in metres (rays,) at which each ray first meets the barrier, inf if free.
 
     Rays as in `lattice(sensor).directions()`: row by row, of a listed sensor those that exist. Range limits play no
-    part. With one worker any thread may call it, with more only the one that owns the parallel kernels.
+    part.
     """
     shadow = barrier_shadow(sensor, barrier, NO_EMPTY_BOX, workers)
     ends = np.full(shadow.is_stopped.size, np.inf)
@@ -214,8 +215,8 @@ def _by_triangle(
     rows, columns = len(screen.row_of), len(screen.column_of)
     at = np.empty((rows, columns))
     has_end, is_over = np.zeros((2, rows, (columns + 63) // 64), np.uint64)
-    find_ends = kernel.find_ends_serial if workers == 1 else kernel.find_ends
-    find_ends(rays, screen, *barrier, empty_box, workers, at, has_end, is_over)
+    how = rays, screen, *barrier, empty_box
+    in_threads(workers, lambda share: kernel.find_ends(*how, share, workers, at, has_end, is_over))
     stopped, cut = has_end | is_over, has_end & ~is_over
     some = np.flatnonzero(stopped.any(axis=1))
     if not some.size:
@@ -262,11 +263,10 @@ def _ends(at: _AtBody) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
     rays = rays_in_metres(at.sensor)
     ends = np.full(len(rays.rows) * len(rays.planes), np.inf)
     if is_image(at.sensor):
-        of_image = lens_shadow.find_lens_ends_serial if at.workers == 1 else lens_shadow.find_lens_ends
-        of_image(rays, tiled(at.sensor), *at.barrier, np.array(at.empty_box), at.workers, ends)
+        how = rays, tiled(at.sensor), *at.barrier, np.array(at.empty_box)
+        in_threads(at.workers, lambda share: lens_shadow.find_lens_ends(*how, share, at.workers, ends))
     else:
-        by_tree = solid.ends_by_tree_serial if at.workers == 1 else solid.ends_by_tree
-        by_tree(rays, *at.barrier, at.workers, ends)
+        in_threads(at.workers, lambda share: solid.ends_by_tree(rays, *at.barrier, share, at.workers, ends))
     cut = np.flatnonzero(np.isfinite(ends))
     return cut.astype(np.int32), ends[cut]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import copy
 import dataclasses
 from dataclasses import dataclass
@@ -12,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.errors import IsStale
+from riglens.core.in_threads import in_threads
 from riglens.core.kernels.objects import counts as kernel
 from riglens.core.kernels.objects.box_frames import Beams, FrameBoxes
 from riglens.core.kernels.objects.unique_cells import table_mask
@@ -35,20 +37,17 @@ from riglens.core.vehicle.solid import Barrier
 
 Ids = NDArray[np.int64]
 TURNING_RAYS_AT_ONCE, IMAGES_AT_ONCE = 1 << 21, 128
-"""Rays of LiDARs, whose cells take 8 bytes each, and frames of pictures of a chunk, after which `is_stale` is called:
+"""Rays of LiDARs, whose cells take 8 bytes each, and frames of pictures of a chunk, before which `is_stale` is called:
 some milliseconds."""
-
-CELLS_AT_ONCE = 1 << 24
-"""Room for cells, 128 MiB, of which only the filled part takes memory."""
 
 
 class _Scratch(NamedTuple):
-    """Memory of the workers of `cast_frames`."""
+    """Memory of a thread for `cast_frames`."""
 
     inverse: NDArray[np.float64]
     owner: NDArray[np.int32]
     last: NDArray[np.int32]
-    tables: Ids
+    table: Ids
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,11 +103,11 @@ def _together(one: Contribution, other: Contribution) -> Contribution:
 
 
 class TargetCaster:
-    """Caster of sensors into one set of traffic with a number of workers; one calls serial kernels alone."""
+    """Caster of sensors into one set of traffic with a number of workers; any threads may call it at a time."""
 
     def __init__(self, traffic: Traffic, workers: int = 1) -> None:
         self._traffic, self._workers = traffic, workers
-        self._scratch = _scratch(workers, 0)
+        self._spare: list[_Scratch] = []
         self._boxes: dict[Shape, FrameBoxes] = {}
         self._clearance = Clearance(traffic)
         self._objects = np.flatnonzero(traffic.counts)
@@ -118,12 +117,12 @@ class TargetCaster:
     def with_workers(self, workers: int) -> TargetCaster:
         """Return a caster with another number of workers that shares the boxes of this one."""
         other = copy.copy(self)
-        other._workers, other._scratch = workers, _scratch(workers, 0)
+        other._workers = workers
         return other
 
     def rest(self) -> None:
         """Release the memory of the workers, 16 bytes for each ray of the last sensor, until the next one is cast."""
-        self._scratch = _scratch(self._workers, 0)
+        self._spare.clear()
 
     def _boxes_of(self, shape: Shape) -> FrameBoxes:
         """Return the boxes for the kernels."""
@@ -189,33 +188,50 @@ class TargetCaster:
     ) -> Contribution | None:
         """Return the hits of some rays in frames first..end-1; None as soon as `is_stale` is true."""
         (first, end), rays = frames, beams.row_of.size * beams.columns
-        workers, most = self._workers, int(np.diff(self._traffic.starts).max(initial=1))
+        most = int(np.diff(self._traffic.starts).max(initial=1))
         objects = slice(*(int(self._objects_before[frame]) for frame in frames))
         found = np.zeros((kernel.COLUMNS, objects.stop - objects.start), np.int32)
         found[kernel.FIRST_ROW : kernel.LAST_ROW + 1] = -1
         found[kernel.FIRST_CELL : kernel.LAST_CELL] = np.iinfo(np.int32).max
         at, ranks = np.zeros(found.shape[1], np.int64), self._ranks - objects.start
-        if self._scratch.inverse.shape[1] != rays:  # they are left as they were made: a drag keeps them
-            self._scratch = _scratch(workers, rays)
-        at_once = TURNING_RAYS_AT_ONCE // rays if beams.turns else IMAGES_AT_ONCE
-        at_once = max(1, min(end - first, at_once))
-        chunk = -(-at_once // workers) * rays if beams.turns else 0
-        cells = _Cells(workers, chunk, -(-(end - first) // at_once))
-        cast = kernel.cast_frames_serial if self._workers == 1 else kernel.cast_frames
-        for start in range(first, end, at_once):
-            if is_stale():
-                return None
-            until = min(start + at_once, end)
-            cells.make_room()
-            cast(
-                sweep.boxes, beams, start, until, sweep.phases, sweep.keys, ranks, most, *self._scratch, found, at,
-                cells.buffer, cells.filled,
-            )  # fmt: skip
-            for worker in range(workers):
-                bounds = (start + (until - start) * one // workers for one in (worker, worker + 1))
-                mine = slice(*(int(self._objects_before[bound]) - objects.start for bound in bounds))
-                cells.starts[worker].append(at[mine])
-        return Contribution(end - first, found, at, cells.joined())
+        at_once = max(1, TURNING_RAYS_AT_ONCE // rays if beams.turns else IMAGES_AT_ONCE)
+        chunks = max(-(-(end - first) // at_once), min(self._workers, end - first))
+        bounds = [first + (end - first) * chunk // chunks for chunk in range(chunks + 1)] if chunks else []
+        room = max(np.diff(bounds), default=0) * rays if beams.turns else 0
+        cells, ahead = dict[int, Ids](), iter(range(chunks))
+
+        def cast(_: int) -> None:
+            """Cast chunk by chunk, each taken by the thread that comes first."""
+            scratch, entered = self._scratch(rays), np.empty(room, np.int64)
+            for chunk in ahead:
+                if is_stale():
+                    break
+                number = kernel.cast_frames(
+                    sweep.boxes, beams, bounds[chunk], bounds[chunk + 1], sweep.phases, sweep.keys, ranks, most,
+                    *scratch, found, at, entered,
+                )  # fmt: skip
+                cells[chunk] = entered[:number].copy()
+            self._spare.append(scratch)
+
+        in_threads(self._workers, cast)
+        if len(cells) < chunks:
+            return None
+        held = 0
+        for chunk in range(chunks if beams.turns else 0):
+            at[slice(*(self._objects_before[bounds[chunk : chunk + 2]] - objects.start))] += held
+            held += cells[chunk].size
+        in_order = [cells[chunk] for chunk in range(chunks)]
+        return Contribution(end - first, found, at, np.concatenate([np.zeros(0, np.int64), *in_order]))
+
+    def _scratch(self, rays: int) -> _Scratch:
+        """Return memory for a number of rays that no thread uses; it is left as it was made: a drag keeps it."""
+        with contextlib.suppress(IndexError):  # another thread took the last one
+            kept = self._spare.pop()
+            if kept.inverse.size == rays:
+                return kept
+            self._spare.clear()
+        owner, last = np.full((2, rays), -1, np.int32)
+        return _Scratch(np.zeros(rays), owner, last, np.empty(table_mask(rays) + 1, np.int64))
 
     def _count_cells_once(self, sensor: Sensor, objects: slice, rays: NDArray[np.int32]) -> None:
         """Leave one object in each resolution cell of a frame: what is detected from farthest, or by most rays."""
@@ -233,43 +249,3 @@ class TargetCaster:
         weaker = np.ones(len(met), np.bool_)
         weaker[best[first]] = False
         rays[met[weaker]] = 0
-
-
-class _Cells:
-    """Output of the workers' cells, chunk after chunk: buffer (workers, k), filled (workers,); starts: of each worker,
-    the first cell of each object in its row."""
-
-    def __init__(self, workers: int, chunk: int, chunks: int) -> None:
-        room = max(1, chunk, min(chunk * chunks, CELLS_AT_ONCE // workers))
-        self.buffer, self.filled = np.empty((workers, room), np.int64), np.zeros(workers, np.int64)
-        self.starts: list[list[Ids]] = [[] for _ in range(workers)]
-        self._chunk, self._full, self._held = chunk, list[Ids](), 0
-
-    def make_room(self) -> None:
-        """Take full rows aside."""
-        if int(self.filled.max()) + self._chunk > self.buffer.shape[1]:
-            self._full += [row.copy() for row in self._rows()]
-            self.filled[:] = 0
-
-    def joined(self) -> Ids:
-        """Return all cells and make `starts` places among them."""
-        return np.concatenate([*self._full, *self._rows()])
-
-    def _rows(self) -> list[Ids]:
-        """Return the filled part of each row; its starts get their places among all cells."""
-        rows = [row[:filled] for row, filled in zip(self.buffer, self.filled.tolist(), strict=True)]
-        for row, starts in zip(rows, self.starts, strict=True):
-            for start in starts:
-                start += self._held
-            starts.clear()
-            self._held += row.size
-        return rows
-
-
-def _scratch(workers: int, rays: int) -> _Scratch:
-    return _Scratch(
-        np.zeros((workers, rays)),
-        np.full((workers, rays), -1, np.int32),
-        np.full((workers, rays), -1, np.int32),
-        np.empty((workers, table_mask(rays) + 1), np.int64),
-    )

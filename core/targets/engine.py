@@ -40,13 +40,11 @@ _Shape = tuple[Sensor, TargetSettings, Obstacle | None]
 
 
 class TargetEngine:
-    """Incremental counting for rigs in one set of traffic, with a number of threads (all processors by default); one
-    calls serial kernels alone and starts no others.
-    """
+    """Incremental counting for rigs in one set of traffic, with a number of threads (all processors by default)."""
 
     def __init__(self, traffic: Traffic, threads: int | None = None) -> None:
         self._traffic = traffic
-        self._workers = 1 if threads == 1 else jit.use_threads(threads)
+        self._workers = jit.thread_count(threads)
         self._caster = TargetCaster(traffic, self._workers)
         self._found = WeakValueDictionary[_Shape, Contribution]()
         self._held: dict[_Shape, Contribution] = {}
@@ -97,8 +95,6 @@ class TargetEngine:
         """
         started = time.perf_counter()
         settings = replace(settings, body=settings.body or rig.body)
-        if self._workers > 1:
-            jit.use_threads(self._workers)
         span = self._span(frames)
         solid = car_of(rig, stance) if settings.body == "blocks" else None
         wanted = {sensor.name: _shape_of(sensor, settings, solid) for sensor in rig.sensors if sensor.enabled}

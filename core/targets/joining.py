@@ -9,6 +9,7 @@ from typing import Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from riglens.core.in_threads import in_threads
 from riglens.core.kernels.objects import unique_cells
 from riglens.core.kernels.objects.counts import ALONE, CELLS, FIRST_CELL, FIRST_ROW, LAST_CELL, LAST_ROW, RAYS
 from riglens.core.rig.model import Camera, Rig
@@ -180,9 +181,14 @@ class JoinedCells:
         return marks, found
 
     def _count(self, marks: unique_cells.Marks, lidar: Contribution, marks_them: bool, found: Counts) -> None:
-        count = unique_cells.count_unmarked_serial if self._workers == 1 else unique_cells.count_unmarked
         counts, starts = lidar.found[CELLS, : found.size], lidar.cell_starts[: found.size]
-        count(marks, starts, counts, lidar.cells, marks_them, self._workers, found)
+        how = marks, starts, counts, lidar.cells, marks_them
+
+        def count(share: int) -> None:
+            first, end = (found.size * one // self._workers for one in (share, share + 1))
+            unique_cells.count_unmarked(*how, first, end, found)
+
+        in_threads(self._workers, count)
 
 
 def sorted_cells(lidars: Lidars, objects: int) -> Counts:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
-
 import numpy as np
 from numpy.typing import NDArray
 
+from riglens.core.in_threads import in_threads
 from riglens.core.kernels.objects import truncation as kernel
 from riglens.core.kernels.objects.box_frames import Beams, FrameBoxes
 from riglens.core.rig.model import Camera
@@ -28,11 +27,8 @@ def shares_in_picture(
 ) -> Doubles:
     """Return the share of the silhouette of each object (k,), by its number among the boxes, that lies inside the
     picture, as solid angle; blocked sectors are not part of it. Each worker takes some of the objects."""
-    if workers == 1:
-        return _shares(camera, boxes, beams, objects)
-    with ThreadPoolExecutor(workers) as pool:
-        parts = pool.map(lambda some: _shares(camera, boxes, beams, some), np.array_split(objects, workers))
-        return np.concatenate(list(parts))
+    parts = np.array_split(objects, workers)
+    return np.concatenate(in_threads(workers, lambda share: _shares(camera, boxes, beams, parts[share])))
 
 
 def _shares(camera: Camera, boxes: FrameBoxes, beams: Beams, objects: Ids) -> Doubles:

@@ -82,11 +82,10 @@ def _draw_maps() -> None:
 
 
 def _count_points() -> None:
-    for threads in (1, None):
-        engine = TargetEngine(_traffic(), threads)
-        for body in BODIES:
-            engine.evaluate(RIG, TargetSettings(body=body))
-            engine.evaluate(Rig(sensors=RIG.sensors[:2]), TargetSettings(body=body))
+    engine = TargetEngine(_traffic())
+    for body in BODIES:
+        engine.evaluate(RIG, TargetSettings(body=body))
+        engine.evaluate(Rig(sensors=RIG.sensors[:2]), TargetSettings(body=body))
 
 
 def _find_blind_zones() -> None:

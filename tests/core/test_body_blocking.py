@@ -193,7 +193,7 @@ def test_triangles_offered_to_rays_and_the_tree_find_the_same_ends(rays: int) ->
         assert screen_of(sensor) is not None
         found = barrier_ends(sensor, barrier)
         expected = np.full(found.size, np.inf)
-        ends_by_tree(rays_in_metres(sensor), *barrier, 1, expected)
+        ends_by_tree(rays_in_metres(sensor), *barrier, 0, 1, expected)
         np.testing.assert_array_equal(found, expected)
         cast, stopped, seed = cast + found.size, stopped + int(np.isfinite(found).sum()), seed + 1
     assert stopped > rays // 100

@@ -29,7 +29,7 @@ MODELS = [entry.name for kind in ("lidar", "camera") for entry in LIBRARY.entrie
 def by_tree(sensor: Sensor, barrier: Barrier) -> np.ndarray:
     rays = rays_in_metres(sensor)
     ends = np.full(len(rays.rows) * len(rays.planes), np.inf)
-    ends_by_tree(rays, *barrier, 1, ends)
+    ends_by_tree(rays, *barrier, 0, 1, ends)
     return ends
 
 

@@ -114,7 +114,9 @@ class Marginals(Feature):
         self.counted, self._now = asked, answer.figures
         self.bench.counter.ask_in_background(
             [
-                OtherCount(GROUP, name, with_enabled(asked.rig, (name,), False), asked.settings, asked.options)
+                OtherCount(
+                    GROUP, name, with_enabled(asked.rig, (name,), False), asked.settings, asked.options
+                )
                 for name in self._names(asked.rig)
             ]
         )

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from riglens.core.kernels.body.face import (
@@ -40,7 +39,7 @@ from riglens.core.kernels.rays.tiles import (
     rows_of,
     set_spans,
 )
-from riglens.core.kernels.runtime.jit import lean, lean_inlined, parallel_kernel, serial
+from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined
 
 _AROUND = 0.999
 """Sine of the half angle of a cone around a ball beyond which it may be anywhere."""
@@ -182,19 +181,15 @@ def _end_tile(
         farthest = _farthest(lens, number, ends)
 
 
-@parallel_kernel
+@kernel
 def find_lens_ends(
-    rays: Cast, lens: TiledRays, tree: Tree, stops: np.ndarray, start: float, empty_box: np.ndarray, workers: int,
-    ends: np.ndarray,
+    rays: Cast, lens: TiledRays, tree: Tree, stops: np.ndarray, start: float, empty_box: np.ndarray, share: int,
+    shares: int, ends: np.ndarray,
 ) -> None:  # fmt: skip
     """Write where listed rays, in metres, first meet a solid beyond `start`, to ends (rays,), infinite before; 0 for
-    those that surely do in the empty box. Workers take tiles in turn."""
-    for worker in numba.prange(workers):
-        normals, stack, sides = np.empty((3, 3)), np.empty(128, np.int64), new_sides()
-        bar = Bar(tree, stops, start, empty_box)
-        for number in range(worker, lens.tiles.shape[0], workers):
-            if lens.tiles[number, OWN_RAYS] > 0.0:
-                _end_tile(rays, lens, number, bar, normals, stack, sides, ends)
-
-
-find_lens_ends_serial = serial(find_lens_ends)
+    those that surely do in the empty box. Shares take tiles in turn."""
+    normals, stack, sides = np.empty((3, 3)), np.empty(128, np.int64), new_sides()
+    bar = Bar(tree, stops, start, empty_box)
+    for number in range(share, lens.tiles.shape[0], shares):
+        if lens.tiles[number, OWN_RAYS] > 0.0:
+            _end_tile(rays, lens, number, bar, normals, stack, sides, ends)

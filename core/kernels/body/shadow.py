@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from riglens.core.kernels.beams.cones import A_TURN
@@ -49,7 +48,7 @@ from riglens.core.kernels.rays.cast import Cast
 from riglens.core.kernels.rays.lattice import direction, rotated
 from riglens.core.kernels.rays.predicates import Vector
 from riglens.core.kernels.runtime.codes import LISTED
-from riglens.core.kernels.runtime.jit import lean, lean_inlined, parallel_kernel, serial
+from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined
 
 
 class Ends(NamedTuple):
@@ -307,7 +306,7 @@ def _offer_tree(
                 _offer(rays, screen, tree.corners[triangle], bar, work, ends)
 
 
-@parallel_kernel
+@kernel
 def find_ends(
     rays: Cast,
     screen: Screen,
@@ -315,22 +314,19 @@ def find_ends(
     stops: np.ndarray,
     start: float,
     empty_box: np.ndarray,
-    workers: int,
+    share: int,
+    shares: int,
     at: np.ndarray,
     has_end: np.ndarray,
     is_over: np.ndarray,
 ) -> None:
     """Write where the rays of a lattice, in metres, first meet a solid beyond `start` (see `Ends` and `Barring`); no
-    bits before. Workers share strips of columns, a whole number of words each."""
+    bits before. Shares are strips of columns, a whole number of words each."""
     columns = screen.column_of.size
     words = (columns + 63) // 64
-    strips = min(words, 1 if workers == 1 else 4 * workers)
-    for worker in numba.prange(workers):
-        for strip in range(worker, strips, workers):
-            first, end = 64 * (words * strip // strips), min(64 * (words * (strip + 1) // strips), columns)
-            bar = Barring(tree, stops, start, empty_box, first, end)
-            work, stack = np.empty((2, 3, 3)), np.empty(128, np.int64)
-            _offer_tree(rays, screen, bar, work, stack, Ends(at, has_end, is_over))
-
-
-find_ends_serial = serial(find_ends)
+    strips = min(words, 1 if shares == 1 else 4 * shares)
+    work, stack = np.empty((2, 3, 3)), np.empty(128, np.int64)
+    for strip in range(share, strips, shares):
+        first, end = 64 * (words * strip // strips), min(64 * (words * (strip + 1) // strips), columns)
+        bar = Barring(tree, stops, start, empty_box, first, end)
+        _offer_tree(rays, screen, bar, work, stack, Ends(at, has_end, is_over))

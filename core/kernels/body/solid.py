@@ -12,12 +12,11 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from riglens.core.kernels.rays.cast import Cast, ray_direction
 from riglens.core.kernels.rays.predicates import Vector
-from riglens.core.kernels.runtime.jit import kernel, lean_inlined, parallel_kernel, serial
+from riglens.core.kernels.runtime.jit import kernel, lean_inlined
 
 GROWN = 1e-6
 """Metres by which boxes are larger than their content: far more than the rounding of a ray's path."""
@@ -143,18 +142,15 @@ def meet_listed(
     return distance, number, square
 
 
-@parallel_kernel
+@kernel
 def ends_by_tree(
-    rays: Cast, tree: Tree, stops: np.ndarray, start: float, workers: int, ends: np.ndarray
+    rays: Cast, tree: Tree, stops: np.ndarray, start: float, share: int, shares: int, ends: np.ndarray
 ) -> None:
-    """Write where each ray of a lattice first meets the solid, (n,), inf where it does not. `rays` is in metres."""
+    """Write where each ray of a lattice first meets the solid, (n,), inf where it does not; shares take blocks of rays
+    in turn. `rays` is in metres."""
     blocks = (ends.size + BLOCK - 1) // BLOCK
     o, none = (rays.origin[0], rays.origin[1], rays.origin[2]), Hit(np.inf, -1, 0.0)
-    for worker in numba.prange(workers):
-        for block in range(worker, blocks, workers):
-            for ray in range(block * BLOCK, min((block + 1) * BLOCK, ends.size)):
-                d = ray_direction(rays, ray)
-                ends[ray] = first_hit(o, d, tree, stops, (0, tree.skip.size), start, none).t
-
-
-ends_by_tree_serial = serial(ends_by_tree)
+    for block in range(share, blocks, shares):
+        for ray in range(block * BLOCK, min((block + 1) * BLOCK, ends.size)):
+            d = ray_direction(rays, ray)
+            ends[ray] = first_hit(o, d, tree, stops, (0, tree.skip.size), start, none).t

@@ -1,4 +1,4 @@
-"""Count points, pixels and cells on every object: frame by frame, in parallel.
+"""Count points, pixels and cells on every object, frame by frame.
 
 Frames share nothing, so any number of threads gives the same numbers. In a frame the boxes come from near to far
 (`depth_order`), and a bit for each ray says whether it has met something.
@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from riglens.core.kernels.objects.box_frames import (
@@ -49,7 +48,7 @@ from riglens.core.kernels.objects.silhouette import Outline, outline_for, words_
 from riglens.core.kernels.objects.unique_cells import keep_distinct, note_cells
 from riglens.core.kernels.rays.lattice import Direction
 from riglens.core.kernels.rays.phases import mixed, unit
-from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined, parallel_kernel, serial
+from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined
 
 __all__ = ["ALONE", "FIRST_ROW", "LAST_ROW", "RAYS"]
 
@@ -311,52 +310,20 @@ def _new_scratch(
 
 
 @kernel
-def _cast_some(
+def cast_frames(
     traffic: FrameBoxes, beams: Beams, first: int, end: int, phases: np.ndarray, keys: np.ndarray, ranks: np.ndarray,
-    scratch: Scratch, found: np.ndarray, at: np.ndarray, cells: np.ndarray, number: int,
+    most: int, inverse: np.ndarray, owner: np.ndarray, last: np.ndarray, table: np.ndarray,
+    found: np.ndarray, at: np.ndarray, cells: np.ndarray,
 ) -> int:  # fmt: skip
-    """Cast a sensor in frames first..end-1, one after the other; returns the number of cells."""
+    """Cast a sensor in frames first..end-1, one after the other; return the number of cells entered.
+
+    phases (frames,) radians; keys uint64 (frames,) of the draws; ranks (n,): places of boxes among the m objects that
+    count, below 0 for the others; most: boxes in any frame. Scratch (rays,): inverse 0, owner and last -1, and left so;
+    table (k,). Takes found int32 (COLUMNS, m), of no object met before, and writes the cells int64 (k,) entered; at
+    (m,): where those of an object begin.
+    """
+    scratch, number = _new_scratch(beams, most, inverse, owner, last, table), 0
     for frame in range(first, end):
         sweep = Sweep(frame, spun(beams.rotation, phases[frame]), keys[frame], ranks)
         number = _cast_frame(traffic, beams, sweep, scratch, found, at, cells, number)
     return number
-
-
-@parallel_kernel
-def cast_frames(
-    traffic: FrameBoxes, beams: Beams, first: int, end: int, phases: np.ndarray, keys: np.ndarray, ranks: np.ndarray,
-    most: int, inverse: np.ndarray, owner: np.ndarray, last: np.ndarray, tables: np.ndarray,
-    found: np.ndarray, at: np.ndarray, cells: np.ndarray, filled: np.ndarray,
-) -> None:  # fmt: skip
-    """Cast a sensor in frames first..end-1, distributed over the workers of the scratch.
-
-    phases (frames,) radians; keys uint64 (frames,) of the draws; ranks (n,): places of boxes among the m objects that
-    count, below 0 for the others; most: boxes in any frame. Scratch (workers, rays):
-    inverse 0, owner and last -1, and left so; tables (workers, k).
-    Takes found int32 (COLUMNS, m), of no object met before; cells int64 (workers, k), behind the first filled
-    (workers,) of them: the cells entered, and how many there are then; at (m,): where those of an object begin among
-    its worker's.
-    """
-    workers = inverse.shape[0]
-    for worker in numba.prange(workers):
-        scratch = _new_scratch(beams, most, inverse[worker], owner[worker], last[worker], tables[worker])
-        # a worker's frames lie together, and so do its objects
-        begin = first + (end - first) * worker // workers
-        until = first + (end - first) * (worker + 1) // workers
-        filled[worker] = _cast_some(
-            traffic,
-            beams,
-            begin,
-            until,
-            phases,
-            keys,
-            ranks,
-            scratch,
-            found,
-            at,
-            cells[worker],
-            filled[worker],
-        )
-
-
-cast_frames_serial = serial(cast_frames)

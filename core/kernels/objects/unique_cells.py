@@ -8,11 +8,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from riglens.core.kernels.rays.lattice import Direction
-from riglens.core.kernels.runtime.jit import lean, lean_inlined, parallel_kernel, serial
+from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined
 
 CELL_M = 0.2
 INSIDE_M = 1e-3
@@ -161,19 +160,15 @@ class Marks(NamedTuple):
     words: np.ndarray
 
 
-@parallel_kernel
+@kernel
 def count_unmarked(
-    marks: Marks, starts: np.ndarray, counts: np.ndarray, cells: np.ndarray, marks_them: bool, workers: int,
+    marks: Marks, starts: np.ndarray, counts: np.ndarray, cells: np.ndarray, marks_them: bool, first: int, end: int,
     to: np.ndarray,
 ) -> None:  # fmt: skip
-    """Add to `to` int64 (n,) the number of a LiDAR's cells on each object without a mark; mark those in the block, if
-    wanted. It has counts[o] distinct cells on object o, from cells[starts[o]] on."""
-    for worker in numba.prange(workers):
-        for one in range(to.size * worker // workers, to.size * (worker + 1) // workers):
-            to[one] += _unmarked(marks, one, cells, starts[one], starts[one] + counts[one], marks_them)
-
-
-count_unmarked_serial = serial(count_unmarked)
+    """Add to `to` int64 (n,) the number of a LiDAR's cells on each of the objects first..end-1 without a mark; mark
+    those in the block, if wanted. It has counts[o] distinct cells on object o, from cells[starts[o]] on."""
+    for one in range(first, end):
+        to[one] += _unmarked(marks, one, cells, starts[one], starts[one] + counts[one], marks_them)
 
 
 @lean_inlined

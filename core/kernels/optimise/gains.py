@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from riglens.core.kernels.runtime.jit import kernel, lean, parallel_kernel, serial
+from riglens.core.kernels.runtime.jit import kernel, lean, parallel_kernel
 from riglens.core.kernels.voxels.bits import popcount
 
 
@@ -40,17 +40,13 @@ def _gain(cover: Cover, one: int, covered: np.ndarray, known: np.ndarray) -> int
     return int(total)
 
 
-@parallel_kernel
+@kernel
 def gains(
-    cover: Cover, ids: np.ndarray, covered: np.ndarray, known: np.ndarray, workers: int, to: np.ndarray
-) -> None:
-    """Write what each of some candidates adds to covered cells (e,) and to the cells known of objects (o,)."""
-    for worker in numba.prange(workers):
-        for place in range(worker, ids.size, workers):
-            to[place] = _gain(cover, ids[place], covered, known)
-
-
-gains_serial = serial(gains)
+    cover: Cover, ids: np.ndarray, covered: np.ndarray, known: np.ndarray, share: int, shares: int, to: np.ndarray
+) -> None:  # fmt: skip
+    """Write what each candidate of a share adds to covered cells (e,) and to the cells known of objects (o,)."""
+    for place in range(share, ids.size, shares):
+        to[place] = _gain(cover, ids[place], covered, known)
 
 
 class Fused(NamedTuple):
@@ -88,7 +84,7 @@ def _fused_gain(
     return int(total)
 
 
-@parallel_kernel
+@kernel
 def fused_gains(
     fused: Fused,
     ids: np.ndarray,
@@ -96,17 +92,14 @@ def fused_gains(
     known: np.ndarray,
     chance: np.ndarray,
     worth: np.ndarray,
-    workers: int,
+    share: int,
+    shares: int,
     to: np.ndarray,
 ) -> None:
-    """Write what each of some candidates adds to covered cells (e,), and to objects (o,) with numbers that are known,
+    """Write what each candidate of a share adds to covered cells (e,), and to objects (o,) with numbers that are known,
     chances of other sensors and worth."""
-    for worker in numba.prange(workers):
-        for place in range(worker, ids.size, workers):
-            to[place] = _fused_gain(fused, ids[place], covered, known, chance, worth)
-
-
-fused_gains_serial = serial(fused_gains)
+    for place in range(share, ids.size, shares):
+        to[place] = _fused_gain(fused, ids[place], covered, known, chance, worth)
 
 
 @kernel

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from types import FunctionType
 from typing import Any, TypeVar
 
 import numba
@@ -50,17 +49,6 @@ def parallel_kernel(function: F) -> F:
     return _compiled(function, parallel=True)
 
 
-def serial(parallel: F) -> F:
-    """Compile a parallel kernel once more, under a name of its own, for threads that must not call parallel kernels."""
-    function: Any = getattr(parallel, "py_func", None)
-    if function is None:  # nothing is compiled
-        return parallel
-    alone: Any = FunctionType(function.__code__, function.__globals__, f"{function.__name__}_serial")
-    alone.__qualname__ = alone.__name__  # the name in the cache
-    compiled: F = _compiled(alone)
-    return compiled
-
-
 def _compiled(function: F, **options: bool) -> F:
     """Return a dispatcher that asks our cache for compiled code."""
     if numba.config.DISABLE_JIT:
@@ -84,7 +72,11 @@ def use_threads(threads: int | None) -> int:
     """
     if not any(name in os.environ for name in _SPIN_CHOICES):
         os.environ[SPIN] = _SPIN_COUNT
-    most = int(numba.config.NUMBA_NUM_THREADS)
-    count = min(threads or os.cpu_count() or 1, most)
+    count = thread_count(threads)
     numba.set_num_threads(count)
     return count
+
+
+def thread_count(threads: int | None) -> int:
+    """Return a number of threads, None for one on each processor, as far as the user's environment allows."""
+    return min(threads or os.cpu_count() or 1, int(numba.config.NUMBA_NUM_THREADS))

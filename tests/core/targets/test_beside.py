@@ -3,8 +3,12 @@
 import numpy as np
 import pytest
 
+from riglens.core.errors import never_stale
+from riglens.core.in_threads import in_threads
+from riglens.core.rig.presets import preset
 from riglens.core.targets.contribution import TargetCaster
 from riglens.core.targets.engine import TargetEngine
+from riglens.core.targets.settings import EXACT
 from tests.core.targets.cases import random_rig, random_traffic
 from tests.core.targets.test_target_engine import same
 
@@ -74,3 +78,16 @@ def test_an_engine_of_one_thread_beside_one_of_several_counts_as_alone():
         engine.evaluate(here)
         found = engine.beside(threads=1).evaluate(there)
         assert same(found, TargetEngine(world, threads=1).evaluate(there))
+
+
+def test_a_caster_called_by_several_threads_at_a_time_counts_as_alone():
+    caster = TargetCaster(random_traffic(np.random.default_rng(6), 300))
+    (dense,) = (sensor for sensor in preset("nuScenes car").sensors if sensor.kind == "lidar")
+
+    def found(share: int) -> np.ndarray:
+        moved = dense.replace(position=(0.0, 0.0, 1.8 + 0.05 * share))
+        return caster.cast(moved, EXACT, None, (0, 300), never_stale).found
+
+    alone = [found(share) for share in range(4)]
+    for mine, its in zip(alone, in_threads(4, found), strict=True):
+        np.testing.assert_array_equal(mine, its)

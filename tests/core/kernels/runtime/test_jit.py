@@ -1,16 +1,10 @@
-"""Kernel threads wait as the environment says, and serial kernels start none."""
+"""Kernel threads wait as the environment says."""
 
 import os
 
 import pytest
 
-from riglens.core.kernels.optimise.gains import gains, gains_serial
 from riglens.core.kernels.runtime import jit
-
-
-def test_the_serial_twin_of_a_kernel_starts_no_threads_and_has_a_name_of_its_own_in_the_cache():
-    assert [twin.targetoptions.get("parallel", False) for twin in (gains, gains_serial)] == [True, False]
-    assert [twin.py_func.__qualname__ for twin in (gains, gains_serial)] == ["gains", "gains_serial"]
 
 
 def test_threads_that_wait_are_told_to_sleep_soon(monkeypatch):
