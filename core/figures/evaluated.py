@@ -54,7 +54,7 @@ class Evaluated:
         if self.field is None:
             return "no voxels"
         length, width, height = self.field.grid.roi_m
-        return f"voxels of {length:g} m x {width:g} m x {height:g} m around the car"
+        return f"voxels of {length:g} m × {width:g} m × {height:g} m around the car"
 
     @property
     def objects_region(self) -> str:

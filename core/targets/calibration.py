@@ -134,7 +134,7 @@ class Domain(Frozen):
         if self.length_m is None:
             return near
         return " and ".join(
-            filter(None, (near, f"in {self.length_m:g} m x {self.width_m:g} m around the car"))
+            filter(None, (near, f"in {self.length_m:g} m × {self.width_m:g} m around the car"))
         )
 
 

@@ -20,8 +20,9 @@ from riglens.core.files import write_file
 from riglens.core.footprint.document import footprints_of
 from riglens.core.footprint.ground import Footprint
 from riglens.core.monitor import SILENT, Monitor
-from riglens.core.rig.model import Camera, Rig, Vehicle
+from riglens.core.rig.model import Camera, Rig
 from riglens.core.shown_text import visible
+from riglens.core.vehicle.solid import solid_of
 from riglens.evaluation.ground_map import ground_map
 
 if TYPE_CHECKING:  # what draws is loaded with the first picture
@@ -105,20 +106,16 @@ def car_with_sensors(rig: Rig) -> tuple[bytes, tuple[int, int], tuple[tuple[floa
     from riglens.rendering.render import rig_state
     from riglens.widgets.viewport.still import png_of, render_still
 
-    size_px = 1040, 640
+    size_px = 1040, 680
     state = _close_up(_plain(rig_state(rig, "light")), "iso", _FROM_AHEAD_DEG, size_px)
     masts = tuple(replace(mast, short="", full="") for mast in state.masts)
     places = np.array([one.position for one in rig.sensors]).reshape(-1, 3)
-    camera = _filling(state.camera, np.concatenate([_corners_m(state.vehicle), places]), size_px)
+    camera = _filling(
+        state.camera, np.concatenate([solid_of(rig.vehicle).triangles_m.reshape(-1, 3), places]), size_px
+    )
     seen = camera.project(places, size_px)[:, :2].tolist()
     image = render_still(replace(state, camera=camera, masts=masts), size_px, transparent=True)
     return png_of(image), size_px, tuple((x, y) for x, y in seen)
-
-
-def _corners_m(vehicle: Vehicle) -> NDArray[np.float64]:
-    """Return the corners of the box around a car without its wheel arches, (8, 3)."""
-    x, y = vehicle.length / 2, vehicle.width / 2
-    return np.array([(i * x, j * y, k * vehicle.height) for i in (-1, 1) for j in (-1, 1) for k in (0, 1)])
 
 
 def _filling(camera: OrbitCamera, places_m: NDArray[np.float64], size_px: tuple[int, int]) -> OrbitCamera:

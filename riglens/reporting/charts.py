@@ -150,8 +150,9 @@ def failure_rose(
     drawing.circle(at, 3.0, "#ffffff")
     draw_car(drawing, shape.above, at, 1.15, "#8a96a3")
     place = lost.index(worst)
+    emptier = min((0, len(lost) // 2), key=lambda number: lost[number])
     for ring in (whole / 2.2, whole / 1.1):
-        x, y = _at(at, far(ring), 45.0 * place + 180.0)
+        x, y = _at(at, far(ring), 45.0 * emptier)
         drawing.text(x, y + 0.85, f"{100.0 * ring:g} %", "middle", SOFT, halo=True)
     drawing.text(40.5, 6.0, f"{100.0 * worst:.0f} %", colour=LOSS_TEXT, bold=True)
     drawing.text(40.5, 9.4, sectors[place], colour=LOSS_TEXT)

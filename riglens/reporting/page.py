@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
+from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -68,7 +69,7 @@ OUTCOMES = {
 
 def percent(value: Any) -> str:
     """Return a fraction as percent with one decimal."""
-    return minus(f"{100.0 * float(value):.1f} %")
+    return f"{_fixed(100.0 * float(value), 1)} %"
 
 
 def square_metres(value: Any) -> str:
@@ -76,19 +77,31 @@ def square_metres(value: Any) -> str:
     return f"{float(value):.1f} m²"
 
 
+def hidden_on(area_m2: Any) -> str:
+    """Return in words on how much ground an object is hidden."""
+    if not area_m2:
+        return "nowhere"
+    return f"on {square_metres(area_m2)}" if area_m2 >= 0.05 else "on less than 0.1 m²"
+
+
 def thousand_nat(value: Any) -> str:
     """Return nats as 10³ nat with two decimals."""
-    return minus(f"{float(value) / 1e3:,.2f}")
+    return _fixed(float(value) / 1e3, 2)
 
 
 def metres(value: Any) -> str:
     """Format a length with two decimals; a dash where there is none."""
-    return "—" if value is None else minus(f"{float(value):.2f}")
+    return "—" if value is None else _fixed(float(value), 2)
 
 
 def whole(value: Any) -> str:
-    """Return a count."""
-    return f"{value:,}"
+    """Return a count, or a median of counts, without decimals."""
+    return _fixed(value, 0)
+
+
+def _fixed(value: float, places: int) -> str:
+    """Return a number with some decimals and a true minus sign; zero has none."""
+    return minus(f"{round(value, places) + 0.0:,.{places}f}")
 
 
 def minus(text: str) -> str:
@@ -243,12 +256,12 @@ def sensor_row(rig: Rig, figures: Figures, place: int) -> SensorRow:
         for one in (() if footprint is None else footprints[footprint].get("pixels_on", ()))
         if one["class"] == "pedestrian" and one["distance_m"] <= 50.0
     ]
-    pixels = " / ".join("—" if px is None else f"{px:.0f}" for px in tall)
+    pixels = "/".join("—" if px is None else f"{px:.0f}" for px in tall)
     said = (one["text"] for one in figures["mounts"]["violations"] if one["sensor"] == sensor.name)
     broken = (text.split(" must be ")[0] for text in said)
     return SensorRow(
-        ", ".join(minus(f"{value:.2f}") for value in sensor.position),
-        ", ".join(minus(f"{round(value, 1) + 0.0:g}") for value in sensor.rpy_deg),
+        ", ".join(_fixed(value, 2) for value in sensor.position),
+        ", ".join(_fixed(value, 1) for value in sensor.rpy_deg),
         view_text(sensor), pixels or "—", footprint,
         next((n for n, one in enumerate(mounts) if one["name"] == sensor.name), None),
         "; ".join(broken),
@@ -317,14 +330,15 @@ def _templates() -> Environment:
         "bearing_text": lambda bearing: minus(bearing_text(bearing)),
         "sha256": lambda text: hashlib.sha256(text.encode("utf-8")).hexdigest(),
     }
-    writers = (percent, square_metres, metres, whole, plain)
+    writers = (percent, square_metres, hidden_on, metres, whole, plain)
     made.globals |= {write.__name__: write for write in writers} | {
         function.__name__: function
         for function in (
-            at, body_text, range_lines, change_words, difference_text, estimate_of, estimate_words, few_words, gains_in,
+            at, body_text, range_lines, change_of, change_words, estimate_of, estimate_words, few_words, gains_in,
             has_figure, headline, leading_columns, leading_of, limit_texts, missed_objects, models_in,
-            near_and_far, ranges_text, object_columns, origin, profiles_in, reason_of, region_of, sector_columns,
-            sensor_row, sensors_text, settings_text, verdict_text, worst_cards, zone_places,
+            near_and_far, ranges_text, object_columns, origin, profiles_in, reason_of, region_of, remarks_in,
+            sector_columns, sensor_row, sensors_text, settings_text, spread_title, titles_of, verdict_text,
+            worst_cards, zone_places,
         )
     } | {
         "first_within": lambda to_m: partial(first_text, to_m=to_m),
@@ -348,18 +362,15 @@ class Column:
 
     @property
     def title(self) -> str:
-        """Its title, with the unit that cells do not repeat."""
-        return (
-            f"{self.figure.title}, {UNITS[self.figure.unit]}"
-            if self.figure.unit != "points"
-            else self.figure.title
-        )
+        """Its title, with the unit that cells do not repeat on the same line as the last word."""
+        unit = UNITS[self.figure.unit]
+        return f"{self.figure.title},\u00a0{unit}" if unit != "points" else self.figure.title
 
     @property
     def write(self) -> Callable[[Any], str]:
         """Function that writes its value."""
-        writers = {"share": percent, "nat": thousand_nat, "m²": square_metres}
-        return writers.get(self.figure.unit, plain)
+        writers = {"share": percent, "nat": thousand_nat, "m": metres, "m²": square_metres}
+        return writers.get(self.figure.unit, whole)
 
     def place(self, rig: int, cls: str) -> str:
         """Return where the figure of a rig and class stands."""
@@ -390,11 +401,42 @@ def leading_columns() -> list[Column]:
     return [Column(one) for one in leading_figures()]
 
 
-def object_columns(document: ReportDocument, cls: str) -> list[Column]:
-    """Return the other figures of objects of a class that any rig has."""
+def object_columns(document: ReportDocument, classes: Sequence[str]) -> list[Column]:
+    """Return the other figures of objects that any rig has of any of the classes."""
     every = [Column(one) for one in object_figures() if not one.leads]
-    rigs = range(len(document.rigs))
-    return [one for one in every if any(has_figure(document, one, rig, cls) for rig in rigs)]
+    places = list(product(range(len(document.rigs)), classes))
+    return [one for one in every if any(has_figure(document, one, *place) for place in places)]
+
+
+def change_of(document: ReportDocument, column: Column, rig: int, cls: str) -> str:
+    """Return how a figure of a class differs from that of the first rig, with the error of the change if it has one."""
+    against = document.figures["rigs"][rig]["against"]
+    change = estimate_of(None if against is None else against["changes"].get(column.figure.key, {}).get(cls))
+    if change.se:
+        return change_words(column.figure, change)
+    now, first = (at(document.figures, f"{column.place(one, cls)}/value") for one in (rig, 0))
+    return difference_text(now - first, column.write)
+
+
+def spread_title(name: str) -> str:
+    """Return the title of a figure of the tolerance, which is named by its key and its class."""
+    key, _, cls = name.rpartition(" ")
+    figure = figure_named(key)
+    return name if figure is None else f"{figure.title}, {cls}"
+
+
+def titles_of(counts: Sequence[tuple[str, str]], titles: Sequence[str]) -> list[str]:
+    """Return the titles of columns for each of what is counted, which is named where there are several."""
+    return [title if len(counts) == 1 else f"{what}: {title}" for _, what in counts for title in titles]
+
+
+def remarks_in(violations: Sequence[Figures]) -> list[tuple[str, list[str]]]:
+    """Return each rule on mounts that is broken with the sensors that break it, and by what."""
+    found: dict[str, list[str]] = {}
+    for one in violations:
+        rule, _, value = one["text"].partition(" (is ")
+        found.setdefault(rule, []).append(f"{one['sensor']} ({value}" if value else one["sensor"])
+    return list(found.items())
 
 
 def sector_columns() -> list[Column]:
@@ -455,12 +497,12 @@ def view_text(sensor: Sensor) -> str:
 
 
 def ranges_text(rig: Rig) -> str:
-    """Return the ranges of a rig's sensors, each with the models that have it."""
+    """Return the ranges of a rig's sensors, each with the models, or kinds of sensors without one, that have it."""
     models: dict[str, list[str]] = {}
     for sensor in rig.sensors:
         near, far = sensor.range_m[0], farthest_m(sensor)
         reach = f"{near:g} to {far:g} m" if math.isfinite(far) else f"from {near:g} m" if near else "no limit"
-        models.setdefault(reach, []).append(sensor.model or sensor.name)
+        models.setdefault(reach, []).append(sensor.model or kind_of(sensor).plural)
     return (
         "; ".join(f"{', '.join(dict.fromkeys(names))} {reach}" for reach, names in models.items())
         or "no sensor"

@@ -41,6 +41,8 @@ _AROUND_M = 2.3
 _LEAST_NUMBERED = 0.1
 """Reach of a footprint that has room for a number, as a share of that of the plan."""
 _MOST_BEYOND_M = 120.0
+_LEAST_RING_MM = 14.0
+"""Radius of a ring that has room for its distance beside the numbers of sensors."""
 
 
 @dataclass(frozen=True)
@@ -144,8 +146,9 @@ def _draw_rings(
         line = [above(middle, scale, far * math.cos(turn), far * math.sin(turn)) for turn, far in held]
         drawing.area(line, "none", 1.0, INK, 0.55)
     for ring in rings:
-        x, y = middle[0] - ring * scale * math.sin(1.4), middle[1] - ring * scale * math.cos(1.4)
-        drawing.text(x, y + 0.9, f"{ring} m", "middle", SOFT, halo=True)
+        if ring * scale >= _LEAST_RING_MM:
+            x, y = middle[0] - ring * scale * math.sin(1.4), middle[1] - ring * scale * math.cos(1.4)
+            drawing.text(x, y + 0.9, f"{ring} m", "middle", SOFT, halo=True)
 
 
 def _has_pixels(found: Footprint) -> bool:

@@ -198,9 +198,7 @@ def worst_profile(rig: Figures) -> Found | None:
         return None
     place = min(places)[1]
     profile = rig["blind"]["profiles"][place]
-    unseen = [one["name"] for one in profile["objects"] if not one["seen"]]
-    more = f" and {len(unseen) - 4} more" if len(unseen) > 4 else ""
-    words = f"of {len(profile['objects'])} test objects seen; unseen {', '.join(unseen[:4])}{more}"
+    words = f"of {len(profile['objects'])} test objects are seen"
     return Found(f"blind/profiles/{place}/seen", profile["title"], words)
 
 
