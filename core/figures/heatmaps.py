@@ -337,6 +337,7 @@ class ObjectHeatMap(HeatMap):
         return HeatmapData(
             centres_m, ground.cell_m, over.values[ix, iy].astype(np.float32), f"{self.title}, {ground.class_name}",
             self.unit, 0.0, over.top, " · ".join(filter(None, (self.direction, what))), self.scale, weights=weights,
+            is_loss=self.better == "less",
         )  # fmt: skip
 
 

@@ -21,7 +21,7 @@ class HeatmapData:
     Pass the same `centres_m` array again when only the values change: then nothing else is recomputed.
     `note` says which grid is shown (e.g. "cells of 0.4 m, sum of 4³ voxels"). With `steps` the values are places
     in `labels`, and with `level` they begin with 0; `weights` (m,) from 0 to 1 then decide how opaque a cell is. With
-    `change` they are signed.
+    `change` they are signed. is_loss: whether little of a level is good, so that the ground is clear there.
     """
 
     centres_m: Values
@@ -35,3 +35,4 @@ class HeatmapData:
     scale: Scale = "ramp"
     labels: tuple[str, ...] = ()
     weights: Values | None = None
+    is_loss: bool = False

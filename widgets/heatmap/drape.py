@@ -21,6 +21,7 @@ from riglens.widgets.heatmap.scale import (
     colours,
     draped_ramp,
     in_slice,
+    is_clear_where_low,
     on_scale,
 )
 from riglens.widgets.theme import DARK, Palette
@@ -100,15 +101,20 @@ def drape_colours(
     data: HeatmapData, look: HeatLook, values: Grid, strengths: Grid, palette: Palette
 ) -> NDArray[np.uint8]:
     """Return the colours (nx, ny, 4) of places, clear where the value is low."""
-    rgba = np.empty((*values.shape, 4), np.uint8)
-    if data.scale == "ramp":
-        rgba[..., :3] = 255.0 * draped_ramp(strengths, palette)
+    rgba, shares = np.empty((*values.shape, 4), np.uint8), strengths
+    if data.is_loss:
+        shares = values / data.vmax
+    if is_clear_where_low(data):
+        rgba[..., :3] = 255.0 * draped_ramp(shares, palette)
     else:
         rows = colour_rows(data.scale, values.astype(np.float32), strengths.astype(np.float32), data.vmax)
         rgba[..., :3] = colours(data.scale)[rows]
     start = max(CLEAR_UP_TO if data.scale == "ramp" else 0.04, look.threshold)
     most = min(1.0, OPAQUE * look.opacity / DEFAULT_LOOK.opacity)
-    rgba[..., 3] = 255.0 * most * np.clip((strengths - start) / OPAQUE_OVER, 0.0, 1.0)
+    alpha = most * np.clip((strengths - start) / OPAQUE_OVER, 0.0, 1.0)
+    if data.is_loss:
+        alpha = alpha * np.clip((shares - CLEAR_UP_TO) / OPAQUE_OVER, 0.0, 1.0)
+    rgba[..., 3] = 255.0 * alpha
     return rgba
 
 

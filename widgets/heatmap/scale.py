@@ -137,6 +137,11 @@ def in_slice(look: HeatLook, heights_m: Values) -> NDArray[np.int64]:
     return np.flatnonzero((heights_m >= low_m) & (heights_m < high_m))
 
 
+def is_clear_where_low(data: HeatmapData) -> bool:
+    """Return whether a heatmap on the ground goes from clear to opaque with its values."""
+    return data.scale == "ramp" or data.is_loss
+
+
 def draped_ramp(shares: NDArray[np.float64], palette: Palette) -> NDArray[np.float64]:
     """Return the colours of a heatmap on the ground, (..., 3) from 0 to 1, of shares from low to high."""
     table = np.array([rgb(colour) for colour in palette.heat])
@@ -151,14 +156,14 @@ def bar_colours(data: HeatmapData, look: HeatLook, palette: Palette) -> NDArray[
     table = colours(data.scale) / 255.0
     if data.scale == "steps":
         return np.asarray(table[: len(data.labels)])
-    if data.scale == "level":
-        return np.asarray(table)
     places = np.linspace(0.0, 1.0, len(table))
-    if look.draped and data.scale == "ramp":
+    if look.draped and is_clear_where_low(data):
         clear = np.clip((CLEAR_UP_TO + OPAQUE_OVER - places) / OPAQUE_OVER, 0.0, 1.0)[:, None]
         return np.asarray(
             clear * np.array(rgb(palette.ground)) + (1.0 - clear) * draped_ramp(places, palette)
         )
+    if data.scale == "level":
+        return np.asarray(table)
     sizes = np.abs(2.0 * places - 1.0) if data.scale == "change" else places
     return np.where((sizes > look.threshold)[:, None], table, np.array(rgb(palette.background)))
 

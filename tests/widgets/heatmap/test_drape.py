@@ -5,7 +5,7 @@ import pytest
 
 from riglens.core.view.heatmap_data import HeatmapData
 from riglens.widgets.heatmap.drape import drape_colours, draped, places_of
-from riglens.widgets.heatmap.scale import USUAL_LOOK, HeatLook, draped_ramp
+from riglens.widgets.heatmap.scale import USUAL_LOOK, HeatLook, bar_colours, draped_ramp
 from riglens.widgets.theme import DARK, LIGHT, rgb
 
 CELL_M = 0.4
@@ -67,3 +67,16 @@ def test_low_values_are_clear_and_the_highest_have_the_end_of_the_scale(palette)
 def test_a_heatmap_without_cells_is_draped_as_nothing():
     empty = HeatmapData(np.zeros((0, 3), np.float32), CELL_M, np.zeros(0, np.float32), "t", "nat", 0.0, 1.0)
     assert places_of(empty).shape == (0, 0)
+
+
+@pytest.mark.parametrize("palette", [DARK, LIGHT])
+def test_the_ground_is_clear_where_little_is_lost_and_opaque_where_little_is_reached(palette):
+    shares, weights = np.array([[0.0, 10.0, 100.0]]), np.ones((1, 3))
+    level = data(np.array([[[100.0]]]), "%", "level")
+    lost = data(np.array([[[100.0]]]), "%", "level", is_loss=True)
+    (_, *opaque), (clear, faint, full) = (
+        drape_colours(one, USUAL_LOOK, shares, weights, palette)[0, :, 3].tolist() for one in (level, lost)
+    )
+    assert min(opaque) > 200 and (clear, faint) == (0, 0) and full > 200
+    bar = bar_colours(lost, USUAL_LOOK, palette)
+    assert bar[0] == pytest.approx(rgb(palette.ground)) and bar[-1] == pytest.approx(rgb(palette.heat[-1]))
