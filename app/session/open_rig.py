@@ -112,6 +112,11 @@ class OpenRig(QObject):
         return frozenset(name for name in names if {name, partner_of(self.rig, name)} & self.locked)
 
     @property
+    def is_free(self) -> bool:
+        """Return whether sensors are selected of which none is fixed: they may be moved, edited and deleted."""
+        return bool(self.chosen) and not self.fixed.intersection(self.chosen)
+
+    @property
     def failed(self) -> frozenset[str]:
         """Names of the sensors that are taken as failed: a question to the rig and no part of it, so neither
         undone nor saved."""

@@ -7,6 +7,7 @@ from PySide6.QtWidgets import QMenu
 
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
+from riglens.app.window.features.sensors import follow_marks
 from riglens.app.window.workbench import Workbench
 from riglens.core.rig.groups import Alignment
 
@@ -53,12 +54,10 @@ class Arrange(Feature):
                 for key, how in ALIGNMENTS.items()
             },
         )
-        for changed in (self.document.selection_changed, self.document.rig_settled):
-            changed.connect(self._update)
-        self._update()
+        follow_marks(self.document, self._update)
 
     def _update(self) -> None:
-        count = len(self.document.chosen)
+        count = len(self.document.chosen) if self.document.is_free else 0
         for key in ALIGNMENTS:
             self.actions[key].setEnabled(count > 1 or (key == "align_centre" and count == 1))
         self._menu.setEnabled(count > 0)

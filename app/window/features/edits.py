@@ -9,6 +9,7 @@ from PySide6.QtGui import QGuiApplication
 
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
+from riglens.app.window.features.sensors import follow_marks
 from riglens.app.window.workbench import Workbench
 from riglens.core.errors import InputError
 from riglens.core.rig.edits import (
@@ -89,8 +90,7 @@ class Clipboard(Feature):
     def __init__(self, bench: Workbench) -> None:
         super().__init__(bench)
         self.bind(cut=bench.guarded(self.cut), copy=self.copy, paste=bench.guarded(self.paste))
-        self.document.selection_changed.connect(self._update)
-        self._update()
+        follow_marks(self.document, self._update)
 
     def copy(self) -> None:
         """Put the selected sensors on the clipboard."""
@@ -118,8 +118,8 @@ class Clipboard(Feature):
         self.document.paste(sensors_in(QGuiApplication.clipboard().text()))
 
     def _update(self) -> None:
-        for key in ("cut", "copy"):
-            self.actions[key].setEnabled(self.document.selected is not None)
+        self.actions["copy"].setEnabled(self.document.selected is not None)
+        self.actions["cut"].setEnabled(self.document.is_free)
 
 
 def sensors_in(text: str) -> tuple[Sensor, ...]:

@@ -42,7 +42,7 @@ IN_PLACE = "Copies of mirror pairs are linked and coincide with the originals: d
 LOCKED_KEY = "sensors/locked"
 MOST_FILES = 100
 """Number of rig files whose locked sensors are remembered."""
-SELECTED_ONLY = ("duplicate", "delete", "hide", "enable", "lock", "rename")
+SELECTED_ONLY, FREE_ONLY = ("duplicate", "hide", "lock"), ("delete", "enable")
 
 
 class Sensors(Feature):
@@ -155,8 +155,10 @@ class Sensors(Feature):
         chosen = document.chosen
         for key in SELECTED_ONLY:
             actions[key].setEnabled(bool(chosen))
+        for key in FREE_ONLY:
+            actions[key].setEnabled(document.is_free)
         actions["select_all"].setEnabled(bool(document.rig.sensors))
-        actions["rename"].setEnabled(len(chosen) == 1 and document.selected not in document.locked)
+        actions["rename"].setEnabled(len(chosen) == 1 and document.is_free)
         all_hidden = bool(chosen) and document.hidden.issuperset(chosen)
         actions["hide"].setIcon(icon("eye-off" if all_hidden else "eye"))
 
@@ -280,7 +282,8 @@ class Placing(Feature):
 
     def _update(self) -> None:
         hidden = self.document.selected in self.document.hidden
-        self.actions["place"].setEnabled(len(self.document.selection) == 1 and not hidden)
+        is_one = len(self.document.selection) == 1
+        self.actions["place"].setEnabled(is_one and not hidden and self.document.is_free)
 
 
 class Locks(Feature):

@@ -210,6 +210,7 @@ FISHEYE = {f"distortion.KannalaBrandt.k{n}" for n in range(1, 5)} | {"cx", "cy",
 MESH = {f"offset.{n}" for n in range(3)} | {"mesh_fit", "mesh_size", "scale"} | ANGLES
 READ = {"copy_pose", "unit_angle", "unit_length", "Azimuth offsets", "Field of view", "Rays", "Resolution"}
 ONE = words("align_centre copy cut delete duplicate enable fail hide lock mirror place rename")
+FREE = words("align_centre cut delete enable place rename")
 ALIGNED = {f"align_{way}" for way in ("front", "height", "left", "rear", "right")}
 SCORED = {"Compare", "Inspector", "Scores", "Sensors", "view heatmap", "view rig"}
 
@@ -246,7 +247,7 @@ STATES = {
         CAR | SENSOR | LIDAR_ROWS,
     ),
     "locked": Row(
-        State(selection=("roof",), locked=ROOF), {"Sensors", "Inspector", "view fixed"}, ONE - {"rename"},
+        State(selection=("roof",), locked=ROOF), {"Sensors", "Inspector", "view fixed"}, ONE - FREE,
         CAR | SENSOR | LIDAR_ROWS | {"state"}, (SENSOR | LIDAR_ROWS) - READ,
     ),
     "failed": Row(
