@@ -48,6 +48,7 @@ from riglens.core.review.tolerance import PROFILES, tolerance
 from riglens.core.rig.edits import with_enabled
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.shown_values import NONE
 from riglens.core.sweep.rows import Sweeper, SweepFigures
 from riglens.core.sweep.table import better_of
 from riglens.core.targets.settings import USUAL
@@ -308,11 +309,14 @@ def test_losses_of_sensors_are_told_in_it(evaluator: Evaluator, evaluated: Evalu
         return {**values_of_scores(rig.voxels.scores), **values_of_objects(rig.objects)}
 
     without = evaluator(with_enabled(RIG, ("top",), False))
-    losses = losses_of(known(evaluated), known(without))
+    losses = losses_of(known(evaluated), known(without), "lidar")
     assert {"made_up", "unseen"} <= set(losses)
     assert losses["made_up"].size == pytest.approx(100.0 * TWENTY.of(evaluated, ALL).value)
     grown = UNSEEN.of(without, ALL).value - UNSEEN.of(evaluated, ALL).value
     assert losses["unseen"].size == pytest.approx(100.0 * grown) and grown > 0.0
+    of_radar = losses_of(known(evaluated), known(without), "radar")
+    assert of_radar["predicted"].text == of_radar["s_ms"].text == NONE != losses["predicted"].text
+    assert of_radar["missed"].text == losses["missed"].text
 
 
 def test_the_panel_targets_offers_it(qtbot: QtBot, evaluated: Evaluated) -> None:
@@ -366,4 +370,4 @@ def test_a_report_of_two_rigs_has_it_with_the_difference(tmp_path: Path) -> None
         place = f"evaluation/rigs/%d/classes/car/figures/{key}/value"
         assert f'data-from="{(place % 0).removesuffix("/value")}"' in page
         assert f'data-from="{place % 1}" data-less="{place % 0}"' in page
-    assert TWENTY.question in page and "Differences of less than 2.0 %" in page
+    assert TWENTY.question in page and "Differences of less than 2.0 pp" in page

@@ -54,7 +54,7 @@ def score_table(evaluations: Sequence[Evaluation]) -> Table:
     titles = numbered([visible(evaluation.rig.name) for evaluation in evaluations])
     for name in CLASSES:
         h_total = evaluations[0].scores.classes[name].h_total
-        digits = decimals(h_total)
+        digits = max(2, decimals(h_total))  # never fewer than the leading figures have
         made.add_row(Text(f"{name}, H(Ω) {thousands(h_total, digits)}", "bold"))
         for evaluation, title in zip(evaluations, titles, strict=True):
             scores, sensors = evaluation.scores.classes[name], evaluation.rig.sensors

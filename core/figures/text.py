@@ -89,7 +89,7 @@ def decimals_of(figure: Figure, se: float) -> int:
 
 
 def change_text(figure: Figure, change: float, decimals: int = 2) -> str:
-    """Format a signed change; one too small for the decimals is marked, none at all is a dash.
+    """Format a signed change; one too small for the decimals has no sign, none at all is a dash.
 
     An arrow says where it goes if the sign does not say whether more is seen.
     """
@@ -108,15 +108,16 @@ def _change(figure: Figure, change: float, decimals: int, error: str) -> str:
         return NONE
     places = decimals if figure.unit in ("share", "nat") else 1
     size, least = abs(in_unit(figure, change)), 10.0**-places
-    digits = f"{size:.{places}f}" if size >= least / 2.0 else f"<{least:.{places}f}"
     unit = f"{error} {_unit_of_change(figure)}".lstrip()
-    return _with_unit(digits, change, "+", unit) + _arrow(figure, change)
+    if size < least / 2.0:
+        return f"<{least:.{places}f} {unit}".rstrip()
+    return _with_unit(f"{size:.{places}f}", change, "+", unit) + _arrow(figure, change)
 
 
 def change_digits(figure: Figure, change: Estimate) -> str:
     """Format a change without its unit and error, for a column of them; a dash where there is none."""
-    shown = in_unit(figure, change.value)
-    return _with_unit(f"{abs(shown):.1f}", shown, "+", "") if change.exists else NONE
+    text = change_text(figure, change.value, 2 if figure.unit == "nat" else 1) if change.exists else NONE
+    return text.removesuffix(f" {_unit_of_change(figure)}")
 
 
 def exact_text(figure: Figure, value: float) -> str:
@@ -141,7 +142,7 @@ def tip_text(
     figure: Figure, where: str, value: Estimate, change: Estimate, baseline: str, about: str = ""
 ) -> str:
     """Describe a figure in full: place, value, objects, error, change, and what it is of; or why there is none."""
-    lines = [f"{where}: {_precise(figure, value) if value.exists else value.reason}"]
+    lines = [f"{where}: {precise_text(figure, value) if value.exists else value.reason}"]
     if value.state == "outside":
         lines.append(f"Outside the domain: {value.reason}")
     alone = (f"{kind_of(kind).plural} alone {value_text(figure, one)}" for kind, one in value.parts.items())
@@ -153,7 +154,7 @@ def tip_text(
     return "\n".join([*lines, *filter(None, (about,))])
 
 
-def _precise(figure: Figure, value: Estimate) -> str:
+def precise_text(figure: Figure, value: Estimate) -> str:
     """Return a value exactly, that of objects with four digits and its error."""
     if not isinstance(figure, ObjectFigure):
         return exact_text(figure, value.value)

@@ -14,7 +14,7 @@ def bearing_text(bearing_deg: float) -> str:
     """Return a direction from the car as text: its name, or degrees to the left."""
     turned = math.remainder(bearing_deg, 360.0)
     named = _NAMES.get(round(turned)) if turned == round(turned) else None
-    return named or ("behind" if turned == -180.0 else f"{turned:g}°")
+    return named or ("behind" if turned == -180.0 else f"{turned:g}°".replace("-", "−"))
 
 
 def reach_text(reach: Reach, to_m: float) -> str:

@@ -203,7 +203,8 @@ class Marginals(Feature):
         now, elsewhere = self._known_now(), self._looking_elsewhere()
         found: dict[str, Losses] = {}
         for name in self._names(self.document.working_rig):
-            found[name] = losses_of(now, self._known_without(name))
+            kind = self.document.rig.sensor(name).kind
+            found[name] = losses_of(now, self._known_without(name), kind)
             if name in elsewhere:
                 found[name] = dict.fromkeys(found[name], Loss(None, NONE, NO_BOXES_TIP))
         rig, measure = self.document.working_rig, self.measure

@@ -219,7 +219,7 @@ def test_values_have_units(figure: ObjectFigure, value: float, text: str) -> Non
 
 @pytest.mark.parametrize(
     ("change", "text"),
-    [(0.0, "—"), (0.0001, "+<0.1 pp"), (-0.0001, "−<0.1 pp"), (0.123, "+12.3 pp"), (-0.123, "−12.3 pp")],
+    [(0.0, "—"), (0.0001, "<0.1 pp"), (-0.0001, "<0.1 pp"), (0.123, "+12.3 pp"), (-0.123, "−12.3 pp")],
 )
 def test_changes_have_sign_and_unit(change: float, text: str) -> None:
     assert change_text(MISSED, change, decimals=1) == text

@@ -14,7 +14,7 @@ from riglens.widgets.panels.controls.style import MARGIN, as_panel
 from riglens.widgets.panels.figures.table import Cell
 from riglens.widgets.panels.sensors.losses import Loss, Losses, meaning, measures
 
-NOTE = "Change of the figures without the sensor, all classes together. Pairs and groups are in the report."
+NOTE = "Loss of the figures without the sensor, all classes together. Pairs and groups are in the report."
 
 
 class RedundancyPanel(QWidget):
@@ -26,6 +26,7 @@ class RedundancyPanel(QWidget):
         self._keys = tuple(measures())
         columns = {f"{one.title}, {change_unit(one)}": meaning(one) for one in measures().values()}
         self.table = SensorTable("Loss by sensor", columns)
+        self.table.explain("Computed between edits.")
         note = plain_label(NOTE, "hint")
         note.setContentsMargins(MARGIN, 4, MARGIN, 4)
         filled(QVBoxLayout(self), note, self.table, spacing=0)

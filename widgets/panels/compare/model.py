@@ -18,11 +18,10 @@ from riglens.core.figures.text import (
     change_estimate_text,
     change_text,
     decimals_of,
-    error_text,
     estimate_text,
-    exact_text,
     in_sentence,
     parts_text,
+    precise_text,
     value_text,
     verdict,
 )
@@ -296,10 +295,11 @@ class CompareModel(FigureModel):
         if not found.exists:
             return Cell(NONE, (None,), found.reason, tone="muted")
         number, is_outside = found.value, found.state == "outside"
-        tip = f"{exact_text(column.figure, number)} {error_text(column.figure, found.se)}".rstrip()
-        tip = "\n".join(filter(None, (tip, parts_text(column.figure, found))))
+        is_value = self._kind == "values"
+        tip = (precise_text if is_value else change_estimate_text)(column.figure, found)
+        tip = "\n".join(filter(None, (tip, parts_text(column.figure, found) if is_value else "")))
         tip = f"{tip}\nOutside the domain: {found.reason}" if is_outside else tip
-        if self._kind == "values":
+        if is_value:
             return Cell(
                 self.text(column, found),
                 (number,),

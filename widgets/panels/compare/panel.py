@@ -288,7 +288,7 @@ class ComparePanel(QWidget):
         self._cancel = button(
             QPushButton("Cancel"), lambda: self.score_wanted.emit(self._cancel.text() == "Score"), "", "compare_cancel"
         )  # fmt: skip
-        unit = plain_label("10³ nat", "hint")
+        unit = plain_label("S-MS in 10³ nat", "hint")
         unit.setToolTip(SIGN_NOTE)
         self.bars = tool(icon("bars"), None, "Show the figures as bars.", "compare_bars")
         self.bars.setCheckable(True)

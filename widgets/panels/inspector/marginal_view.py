@@ -50,8 +50,8 @@ class MarginalView(QWidget):
     def show_loss(self, now: Values, without: Values) -> None:
         """Show the known figures of the rig with and without the sensor."""
         for (name, key), cell in self._cells.items():
-            text, exact = class_change(self._measures[key], name, now, without)
-            cell.setText(text.partition(" ±")[0].removesuffix(" pp"))
+            short, text, exact = class_change(self._measures[key], name, now, without)
+            cell.setText(short)
             cell.setToolTip(f"{text}\n{exact}")
         self._note.setText(UNITS)
         self.set_stale(False)

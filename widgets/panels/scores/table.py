@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping
+from itertools import compress
 
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QFontMetrics, QFontMetricsF, QResizeEvent
@@ -89,19 +90,24 @@ class ScoreTable(FigureTable):
             header.resizeSection(place, change_px)
 
     def _share_tightly(self) -> None:
-        """Give each column what its figures need without their units, and an equal share of the rest."""
+        """Give each column what its figures need without their units, and its title where all of them have the room,
+        and an equal share of the rest."""
         header, wide = self.horizontalHeader(), QFontMetricsF(self.font()).horizontalAdvance
-        needed_px = [
+        figures_px = [
             math.ceil(wide(text)) + 2 * _CELL_MARGIN_PX
             for figure in self._shown
             for text in _TIGHT["nat" if figure.unit == "nat" else "share"]
         ]
-        shown_px = [needed for place, needed in enumerate(needed_px) if not self.isColumnHidden(place)]
+        is_shown = [not self.isColumnHidden(place) for place in range(header.count())]
+        needed_px = list(map(max, figures_px, map(header.sectionSizeHint, range(header.count()))))
+        if sum(compress(needed_px, is_shown)) > self.viewport().width():
+            needed_px = figures_px
+        shown_px = list(compress(needed_px, is_shown))
         spare_px = max(0, self.viewport().width() - sum(shown_px)) // len(shown_px)
         header.setMinimumSectionSize(min(needed_px))
         header.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
         for place, needed in enumerate(needed_px):
-            if not self.isColumnHidden(place):
+            if is_shown[place]:
                 header.resizeSection(place, needed + spare_px)
 
     @property
@@ -169,14 +175,13 @@ class ScoreTable(FigureTable):
                 numbers if value.exists else (None,) * len(numbers),
                 tip,
                 tone="muted" if is_muted else "text",
-                error=parts_text(figure, value) or worst_names(weakest),
+                error=" · ".join(filter(None, (parts_text(figure, value) or worst_names(weakest), half))),
             ),
             Cell(
                 change_estimate_text(figure, change),
                 (change.value if change.exists else None,),
                 tip,
                 tone="muted" if is_muted else _tone(figure, change),
-                error=half,
             ),
         )
 

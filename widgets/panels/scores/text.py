@@ -59,7 +59,7 @@ FOUND_NOTE = (
 
 def found_text(found: FigureCells) -> str:
     """Say how many of 100 objects of each class are found, with two standard errors, and why the rig is outside the
-    domain; empty where no calibration says so."""
+    domain of that figure; empty where no calibration says so."""
     known = {name: value for name in CLASSES if (value := found.at(name)[0]).exists}
     said = of_100({name: (one.value, SE_FACTOR * one.se) for name, one in known.items()}, found.region)
-    return f"Outside the domain: {found.outside}. {said}" if said and found.outside else said
+    return f"{said} (outside the domain: {found.outside})" if said and found.outside else said

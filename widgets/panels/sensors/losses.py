@@ -9,6 +9,7 @@ from riglens.core.figures.figure import ALL, Estimate, Figure
 from riglens.core.figures.objects import ObjectFigure
 from riglens.core.figures.text import (
     UNITS,
+    change_digits,
     change_estimate_text,
     change_unit,
     decimals_of,
@@ -18,6 +19,7 @@ from riglens.core.figures.text import (
 )
 from riglens.core.figures.values import Values, class_figures
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.sensors.registry import kind_of
 from riglens.core.shown_values import NONE
 
 FOLLOWS = "…"
@@ -37,10 +39,17 @@ def usual_measure() -> Figure:
 
 def measure_for(kind: str, chosen: Figure) -> Figure:
     """Return the chosen measure, or one of sensors of all kinds where it does not count those of a kind."""
-    if not isinstance(chosen, ObjectFigure) or not chosen.kinds or kind in chosen.kinds:
+    if counts_kind(chosen, kind) or not isinstance(chosen, ObjectFigure):
         return chosen
     every = (one for one in measures().values() if isinstance(one, ObjectFigure) and not one.kinds)
     return next(every, chosen)
+
+
+def counts_kind(measure: Figure, kind: str) -> bool:
+    """Return whether sensors of a kind count in a measure."""
+    if isinstance(measure, ObjectFigure):
+        return not measure.kinds or kind in measure.kinds
+    return not measure.of_paper or kind_of(kind).score_weight != 0.0
 
 
 def heading(measure: Figure) -> str:
@@ -66,18 +75,21 @@ class Loss:
     tip: str
 
 
-def losses_of(now: Values, without: Values) -> Losses:
-    """Return the losses without a sensor, of all classes together, in every measure in which they are known."""
+def losses_of(now: Values, without: Values, kind: str) -> Losses:
+    """Return the losses without a sensor of a kind, of all classes together, in every measure in which they are
+    known."""
     known, found = measures(), dict[str, Loss]()
     lines = [
         f"{name}: "
-        + ", ".join(f"{one.title} {class_change(one, name, now, without)[0]}" for one in known.values())
+        + ", ".join(f"{one.title} {class_change(one, name, now, without)[1]}" for one in known.values())
         for name in CLASSES
     ]
     tip = "\n".join(["Without it, exactly:", *lines])
     for key, measure in known.items():
         change = changed(measure, ALL, now, without)
-        if change is not None:
+        if not counts_kind(measure, kind):
+            found[key] = Loss(None, NONE, f"{measure.title} does not count {kind_of(kind).plural}")
+        elif change is not None:
             found[key] = _loss(measure, change, f"Loss in {measure.title}\n{tip}")
     return found
 
@@ -106,15 +118,14 @@ def changed(measure: Figure, who: str, now: Values, without: Values) -> Estimate
     return (theirs if theirs.exists else Estimate()).minus(mine)
 
 
-def class_change(measure: Figure, class_name: str, now: Values, without: Values) -> tuple[str, str]:
-    """Return the change of a measure in a class without the sensor, in short and exactly."""
+def class_change(measure: Figure, class_name: str, now: Values, without: Values) -> tuple[str, str, str]:
+    """Return the change of a measure in a class without the sensor: for a column, with unit and error, and exactly."""
     change = changed(measure, class_name, now, without)
     if change is None:
-        return FOLLOWS, ""
+        return FOLLOWS, FOLLOWS, ""
     if not change.exists:
-        return NONE, change.reason
+        return NONE, NONE, change.reason
     objects = f" of {change.objects:,} objects" if change.objects else ""
     before = value_text(measure, now[measure.key][class_name].value)
-    return change_estimate_text(
-        measure, change
-    ), f"{exact_text(measure, change.value)}{objects}, now {before}"
+    exact = f"{exact_text(measure, change.value)}{objects}, now {before}"
+    return change_digits(measure, change), change_estimate_text(measure, change), exact
