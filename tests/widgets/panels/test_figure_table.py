@@ -43,6 +43,17 @@ def test_new_figures_keep_the_chosen_row_and_take_the_grey_away(table: FigureTab
     assert table.current_row == 0
 
 
+def test_an_empty_table_says_why_it_is_empty_and_no_other_does(table: FigureTable) -> None:
+    table.resize(300, 120)
+    full = table.grab().toImage()
+    table.explain("Counting objects…")
+    assert table.grab().toImage() == full
+    table.figures.show([], [], [], anew=True)
+    why = table.grab().toImage()
+    table.explain("")
+    assert table.grab().toImage() != why
+
+
 def test_one_column_is_shown_anew_alone(table: FigureTable) -> None:
     table.figures.grey()
     table.figures.show_columns({1: [Cell("a"), Cell("b")]})

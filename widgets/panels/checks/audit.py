@@ -65,6 +65,7 @@ class AuditPanel(QWidget):
         """Show where the rays of each sensor go, with a remark."""
         self.table.show_rows({name: _cells(audit) for name, audit in found.items()}, is_current)
         self._note.setText(note)
+        self.table.explain(note or FOLLOW_TIP)
 
     @property
     def note(self) -> str:

@@ -129,7 +129,7 @@ class RangeBar(QWidget):
         return BAR_PX / 2.0 + half * max(-1.0, min(1.0, points / self._scale))
 
 
-NO_PROFILE = "No tolerance"
+NO_PROFILE, NO_RANGES = "No tolerance", "Choose a tolerance to see how far the figures spread."
 PROFILE_TIP = (
     "Spread of the figures under mount errors and pitch of the car,\nmeasured in the "
     "background between edits."
@@ -193,7 +193,7 @@ class TolerancePanel(QWidget):
         """Show which profile is measured; with none, nothing is."""
         self._profile.setCurrentIndex(max(0, self._profile.findData(name)))
         if not name:
-            self.grey("")
+            self.grey(NO_RANGES)
 
     @property
     def figure(self) -> str:

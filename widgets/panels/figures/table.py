@@ -17,7 +17,7 @@ from PySide6.QtCore import (
     Qt,
     Signal,
 )
-from PySide6.QtGui import QBrush, QColor, QFont, QGuiApplication, QPainter
+from PySide6.QtGui import QBrush, QColor, QFont, QGuiApplication, QPainter, QPaintEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QHeaderView,
@@ -276,6 +276,7 @@ class FigureTable(QTableView):
         super().__init__(parent)
         self.figures = FigureModel() if model is None else model
         self.setModel(self.figures)
+        self._reason = ""
         self.setAccessibleName(name)
         self.setItemDelegate(BarDelegate(self))
         self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
@@ -293,6 +294,20 @@ class FigureTable(QTableView):
             super().dataChanged(first, last, roles)
         else:
             self.viewport().update(self.visualRect(first).united(self.visualRect(last)))
+
+    def explain(self, reason: str) -> None:
+        """Set what stands in the table while it has no rows: why it has none."""
+        self._reason = reason
+        self.viewport().update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint the table, or why it is empty."""
+        super().paintEvent(event)
+        if self._reason and not self.figures.rowCount():
+            painter, room = QPainter(self.viewport()), self.viewport().rect()
+            painter.setPen(QColor(tones().muted))
+            painter.drawText(room, Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap, self._reason)
+            painter.end()
 
     def give_titles(self, least_px: int, row_px: int, cell_px: int) -> None:
         """Have a title for each row, which a click chooses, and columns that share the width."""
@@ -328,6 +343,8 @@ class FigureTable(QTableView):
 
 
 _PAD_PX, _SMALL = 8, 0.86
+_AND = " · "
+"""Between parts of a second line, the last of which are left out where there is no room."""
 
 
 class TwoLines(QStyledItemDelegate):
@@ -377,9 +394,10 @@ class TwoLines(QStyledItemDelegate):
             painter.drawText(room, bottom, figure.change)
             room = room.adjusted(0, 0, -painter.fontMetrics().horizontalAdvance(figure.change + "  "), 0)
         painter.setPen(QColor(tones().muted))
-        error = painter.fontMetrics().elidedText(
-            figure.error, Qt.TextElideMode.ElideRight, int(room.width()) + 1
-        )
+        wide, error, room_px = painter.fontMetrics(), figure.error, int(room.width()) + 1
+        while _AND in error and wide.horizontalAdvance(error) > room_px:
+            error = error.rpartition(_AND)[0]
+        error = wide.elidedText(error, Qt.TextElideMode.ElideRight, room_px)
         painter.drawText(room, bottom, error)
 
     def sizeHint(self, option: QStyleOptionViewItem, index: Index) -> QSize:

@@ -8,14 +8,23 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QShowEvent
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QSpinBox, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QHBoxLayout,
+    QLabel,
+    QSizePolicy,
+    QSpinBox,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
 
 from riglens.core.figures.objects import ObjectFigure
 from riglens.core.figures.registry import object_figures
 from riglens.core.figures.values import FigureCells
 from riglens.core.targets.settings import TargetSettings
-from riglens.widgets.panels.controls.building import button, filled, plain_label, tool
+from riglens.widgets.panels.controls.building import button, filled, tool
 from riglens.widgets.panels.controls.icons import icon
+from riglens.widgets.panels.controls.scrolled import ElidedLabel
 from riglens.widgets.panels.controls.style import MARGIN, SPACING, as_panel, plain_tip
 from riglens.widgets.panels.fields.form import ChoiceBox
 from riglens.widgets.panels.targets.rose import RoseView
@@ -57,8 +66,11 @@ class TargetsPanel(QWidget):
         self._shown: tuple[Counted, Counted, str] | None = None
         self._is_stale = self._is_behind = False
         self.table, self.rose = TargetTable(), RoseView()
+        self.table.explain(WAITING)
         self._choice, self._points = ChoiceBox(), QSpinBox()
-        self._note = plain_label(WAITING, "hint", shrinks=True)
+        self._note = ElidedLabel(WAITING)
+        self._note.setObjectName("hint")
+        self._note.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self._figures: tuple[ObjectFigure, ...] = ()
         self._said = ""
         body = filled(QHBoxLayout(), self.table, 1, self.rose, spacing=0)
@@ -187,6 +199,7 @@ class TargetsPanel(QWidget):
         """Show why there are no counts."""
         self._shown = None
         self.table.figures.forget()
+        self.table.explain(reason)
         self.rose.forget()
         self._note.setText(reason)
         self._note.setToolTip(reason)
