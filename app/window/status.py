@@ -30,6 +30,7 @@ ONE_WAY_NOTE = (
 )
 
 
+BODY_WORDS: dict[Body, str] = {"blocks": "solid car", "ignored": "car lets rays pass"}
 BODY_NOTES: dict[Body, str] = {
     "blocks": "Rays end at the car's own body.",
     "ignored": "Rays pass through the car's own body, as in the paper.",
@@ -130,7 +131,7 @@ class StatusBar(QStatusBar):
 
     def show_body(self, body: Body, is_mesh_missing: bool) -> None:
         """Say whether rays end at the car's own body."""
-        self.body.setText(f"body {body}" + (" (no mesh)" if is_mesh_missing else ""))
+        self.body.setText(BODY_WORDS[body] + (" (no mesh)" if is_mesh_missing else ""))
         self.body.setToolTip(BODY_NOTES[body] + (MESH_NOTE if is_mesh_missing else ""))
 
     def show_failed(self, names: Collection[str]) -> None:

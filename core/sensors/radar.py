@@ -49,11 +49,11 @@ class Radar(Sectored):
     scans: Annotated[tuple[RadarScan, ...], Field(min_length=1, max_length=MAX_SCANS)]
     cross_sections_dbsm: Annotated[
         tuple[Dbsm, Dbsm, Dbsm],
-        Field(title="Cross sections", description="car, bicycle, pedestrian; in dBsm"),
+        Field(title="RCS (dBsm)", description="radar cross sections of car, bicycle, pedestrian"),
     ] = (10.0, 0.0, -8.0)
     reference_dbsm: Annotated[
         Dbsm,
-        Field(title="Reference", description="cross section in dBsm to which the ranges of the scans refer"),
+        Field(title="Reference (dBsm)", description="cross section to which the ranges of the scans refer"),
     ] = 10.0
 
     def mirrored(self) -> Self:

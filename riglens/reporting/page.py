@@ -46,6 +46,7 @@ from riglens.reporting.charts import (
 from riglens.reporting.document import ReportDocument
 from riglens.reporting.plans import NARROW_DEG
 from riglens.reporting.summary import (
+    NO_BREAK,
     change_words,
     estimate_words,
     headline,
@@ -364,7 +365,7 @@ class Column:
     def title(self) -> str:
         """Its title, with the unit that cells do not repeat on the same line as the last word."""
         unit = UNITS[self.figure.unit]
-        return f"{self.figure.title},\u00a0{unit}" if unit != "points" else self.figure.title
+        return f"{self.figure.title},{NO_BREAK}{unit}" if unit != "points" else self.figure.title
 
     @property
     def write(self) -> Callable[[Any], str]:

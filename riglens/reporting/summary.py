@@ -33,6 +33,7 @@ from riglens.reporting.document import ReportDocument
 from riglens.reporting.svg import Drawing
 
 Figures = dict[str, Any]
+NO_BREAK = "\u00a0"
 _DECIMALS = {"share": 1, "nat": 2, "points": 0, "px": 0}
 
 
@@ -99,7 +100,7 @@ def change_words(figure: Figure, change: Estimate) -> str:
 
 def _kept_together(text: str) -> str:
     """Return text whose errors stay on the line of their figures, a space after each ±."""
-    return text.replace(" ±", "\u00a0±\u00a0")
+    return text.replace(" ±", f"{NO_BREAK}±{NO_BREAK}")
 
 
 def subjects(document: ReportDocument) -> list[int]:
@@ -156,7 +157,11 @@ def headline(document: ReportDocument, number: int) -> str:
         return _kept_together(f"{rig['against']['sentence']}.")
     whole = document.figures["evaluation"]["rigs"][number]["figures"]
     found = [(figure, estimate_of(whole.get(figure.key))) for figure in figures_on_page_one()]
-    parts = [f"{figure.title} {estimate_words(figure, one)} %" for figure, one in found if one.exists]
+    parts = [
+        f"{figure.title} {f'{estimate_words(figure, one)} %'.replace(' ', NO_BREAK)}"
+        for figure, one in found
+        if one.exists
+    ]
     return (
         "; ".join([*parts[:1], *(part[:1].lower() + part[1:] for part in parts[1:])]) + "." if parts else ""
     )

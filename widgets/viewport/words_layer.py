@@ -134,6 +134,7 @@ class EchoLayer:
         self._actor = text_actor()
         self._actor.SetPickable(False)
         self._actor.SetVisibility(False)
+        self.box: Box | None = None
         renderer.AddViewProp(self._actor)
 
     def show(
@@ -141,6 +142,7 @@ class EchoLayer:
     ) -> None:
         """Show a text to the right of and above a pixel (from the upper left), or where it stays in the view."""
         self._actor.SetVisibility(bool(text))
+        self.box = None
         if not text:
             return
         put_on_panel(self._actor, palette, 0.88)
@@ -150,7 +152,8 @@ class EchoLayer:
         width, height = text_size_px(text, pixel_ratio)
         x = min(pixel[0] + _ECHO_OFFSET_PX[0] * pixel_ratio, size[0] - width)
         y = min(size[1] - pixel[1] + _ECHO_OFFSET_PX[1] * pixel_ratio, size[1] - height)
-        self._actor.SetPosition(max(0.0, x), max(0.0, y))
+        self.box = Box(max(0.0, x), max(0.0, y), width, height)
+        self._actor.SetPosition(self.box.left, self.box.low)
 
 
 def text_size_px(text: str, pixel_ratio: float) -> tuple[float, float]:
@@ -260,10 +263,10 @@ class WordsLayer:
         return table.low + table.height if table.left + table.width > legend.left else 0.0
 
     def boxes(self) -> list[Box]:
-        """Return the pixels that the plates of the legend, the keys and the caption cover."""
+        """Return the pixels that the plates of the legend, the keys and the caption cover, and the echo."""
         keys = (self._key, self._ground_key, self._band_key)
         plates = (self._legend.plate, *(key.plate for key in keys), *self._caption.plates)
-        return [box for plate in plates if (box := plate.box()) is not None]
+        return [box for box in (*(plate.box() for plate in plates), self._echo.box) if box is not None]
 
     def _free_spot(self, state: SceneState, size: Size, pixel_ratio: float) -> Spot:
         """Return the best place of the legend next to the car; the last one is kept as long as it is as good."""

@@ -34,7 +34,7 @@ class Heat(Feature):
     specs = (
         Spec("heat_off", "Off", "Show no heatmap.", "Alt+0", menu="view", group="heat"),
         *(
-            Spec(f"class_{name}", name, f"Heatmap and map: {name}", menu="view", group="class")
+            Spec(f"class_{name}", name, f"Show heatmap and map for {name}.", menu="view", group="class")
             for name in CLASSES
         ),
         Spec(

@@ -186,8 +186,7 @@ class Targets(Feature):
             name = f"{answer.request.baseline_rig.name} (saved)" if pinned is None else pinned.name
             scores.show_judgement(sentence({key: one.change for key, one in compared.items()}, name))
             scores.show_found(cells[FOUND.key])
-            if answer.figures:
-                self.bench.status.show_figure(*_in_status(answer.figures))
+            self.bench.status.show_figure(*_in_status({key: one.value for key, one in compared.items()}))
             if answer.request is not self._asked:
                 self._grey()
 

@@ -79,12 +79,13 @@ def test_the_inspector_shows_road_users_before_scores_are_there(desk: FullDesk) 
     count(desk)
     marginals(desk)._take_count(asked(desk)[0], counted(asked(desk)[0]))
     view = desk.panels.inspector.form.marginal  # type: ignore[attr-defined]
-    assert view.text_of("car", "predicted").startswith("−")
+    shown = view.text_of("car", "predicted")
+    assert shown not in ("…", "—")
     assert "objects, now" in view._cells["car", "predicted"].toolTip()
     assert view.text_of("car", "s_ms") == "…"
     desk.document.begin_drag(("roof",))
     desk.document.preview({"roof": desk.document.rig.sensor("front").pose})
-    assert view.text_of("car", "predicted").startswith("−")  # the figures of before stay, greyed
+    assert view.text_of("car", "predicted") == shown  # the figures of before stay, greyed
 
 
 def test_what_belongs_to_another_rig_is_not_shown(desk: FullDesk) -> None:

@@ -11,7 +11,7 @@ from riglens.app.background.counting import CountAnswer, CountRequest
 from riglens.app.window.features.follow import Follow
 from riglens.app.window.features.scores import ScoresShown
 from riglens.app.window.features.targets import PAUSE_MS, Targets
-from riglens.core.figures.figure import Estimate
+from riglens.core.figures.figure import ALL, Estimate
 from riglens.core.figures.predicted import PREDICTED
 from riglens.core.figures.text import estimate_text
 from riglens.core.geometry import Pose
@@ -129,6 +129,8 @@ def test_while_a_sample_grows_the_exact_value_and_the_paired_change_stand_there(
     assert change.value != 0.0
     wanted = text(Estimate(known.value + change.value, float(np.hypot(known.se, change.se))))
     assert desk.panels.scores.table.cell("car", "predicted").text == wanted != text(own)
+    mean, in_status = desk.panels.scores.table.cell(ALL, "predicted").text, desk.workbench.status.figure
+    assert in_status.text().endswith(mean), "the status bar follows the table"
     take(targets, whole)
     assert desk.panels.scores.table.cell("car", "predicted").text == text(predicted(whole))
     desk.document.undo()

@@ -33,6 +33,7 @@ OUTCOMES = {
 }
 """Titles and tooltips of what becomes of rays, from the best to the worst, by the keys of the audit."""
 FOLLOW, FOLLOW_TIP = "Trace rays", "Trace every ray of every sensor through the region once."
+EXPLAINED = "Trace rays to see where every ray of each sensor ends."
 ASKED, OUTDATED = "Tracing rays…", "from before the last change"
 
 
@@ -65,7 +66,7 @@ class AuditPanel(QWidget):
         """Show where the rays of each sensor go, with a remark."""
         self.table.show_rows({name: _cells(audit) for name, audit in found.items()}, is_current)
         self._note.setText(note)
-        self.table.explain(note or FOLLOW_TIP)
+        self.table.explain(note or EXPLAINED)
 
     @property
     def note(self) -> str:

@@ -7,12 +7,11 @@ from collections.abc import Mapping
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from riglens.core.figures.text import change_unit
-from riglens.core.shown_values import NONE
 from riglens.widgets.panels.checks.sensor_table import SensorTable
 from riglens.widgets.panels.controls.building import filled, plain_label
 from riglens.widgets.panels.controls.style import MARGIN, as_panel
 from riglens.widgets.panels.figures.table import Cell
-from riglens.widgets.panels.sensors.losses import Loss, Losses, meaning, measures
+from riglens.widgets.panels.sensors.losses import FOLLOWS, Loss, Losses, meaning, measures
 
 NOTE = "Loss of the figures without the sensor, all classes together. Pairs and groups are in the report."
 
@@ -33,11 +32,11 @@ class RedundancyPanel(QWidget):
 
     def show_losses(self, losses: Mapping[str, Losses]) -> None:
         """Show losses by sensor and measure; a measure that is not known yet has none."""
-        nothing = Loss(None, NONE, "")
+        follows = Loss(None, FOLLOWS, "computed between edits")
         self.table.show_rows(
             {
                 name: [
-                    Cell(loss.text, tip=loss.tip) for loss in (known.get(key, nothing) for key in self._keys)
+                    Cell(loss.text, tip=loss.tip) for loss in (known.get(key, follows) for key in self._keys)
                 ]
                 for name, known in losses.items()
             }

@@ -107,12 +107,14 @@ class PictureDialog(QDialog):
         self.scale = QComboBox()
         self.scale.addItems([f"{factor} ×" for factor in range(1, 5)])
         self.scale.currentIndexChanged.connect(self._on_changed)
-        self.legend = self._box("Colour bar", "Legend of the heatmap", True)
-        self.title = self._box("Name of the rig", "With its sensors and the data, in the upper corner", False)
-        self.scores = self._box("Scores", "The table of scores, in the lower corner", False)
-        self.light = self._box("Light background", "For reports on white paper", light)
-        self.transparent = self._box("Transparent background", "The page shows through", False)
-        self.ground = self._box("Ground", "The plane with its grid and metres", True)
+        self.legend = self._box("Colour bar", "Show the legend of the heatmap.", True)
+        self.title = self._box(
+            "Name of the rig", "Show the name, sensors and data in the upper corner.", False
+        )
+        self.scores = self._box("Scores", "Show the table of scores in the lower corner.", False)
+        self.light = self._box("Light background", "Draw in the light theme, for white paper.", light)
+        self.transparent = self._box("Transparent background", "Let the page show through.", False)
+        self.ground = self._box("Ground", "Draw the ground with its road and rings.", True)
         self._options = {
             "legend": self.legend, "title": self.title, "scores": self.scores, "ground": self.ground,
             "light": self.light, "transparent": self.transparent,

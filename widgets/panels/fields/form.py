@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pydantic import ValidationError
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QPaintEvent, QWheelEvent
 from PySide6.QtWidgets import (
     QCheckBox,
@@ -40,6 +40,10 @@ class ChoiceBox(QComboBox):
     def wheelEvent(self, event: QWheelEvent) -> None:
         """Leave the wheel to the surrounding panel."""
         event.ignore()
+
+    def sizeHint(self) -> QSize:
+        """Return room for the longest choice with the margin that painting leaves."""
+        return super().sizeHint() + QSize(TEXT_MARGIN_PX, 0)
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw the choice, with an ellipsis where it is too long: Qt cuts it off within a letter."""

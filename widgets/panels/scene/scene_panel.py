@@ -128,7 +128,8 @@ class ScenePanel(Form):
             ("Bundled", "The bundled simulated town.", lambda: self.choose_boxes(None)),
         ):
             made = button(QPushButton(text), slot, tip)
-            made.setMinimumWidth(made.fontMetrics().horizontalAdvance(text) + 2 * MARGIN)
+            made.setStyleSheet("padding: 1px 3px")  # three of them beside each other in a narrow panel
+            made.setMinimumWidth(made.fontMetrics().horizontalAdvance(text) + MARGIN)
             buttons.append(made)
         self.add_row("", buttons)
         tip = "Origin of the data set in the vehicle frame, m (nuScenes ego: -1.35 0 0)."
@@ -187,6 +188,7 @@ class ScenePanel(Form):
         self._voxel.setCurrentText(AUTO if subject.voxel_m is None else full_number(subject.voxel_m))
         is_other = subject != self._loaded or subject.voxel_m is None
         self._load.setEnabled(is_other or self._is_nothing_loaded)
+        self._load.setDefault(self._load.isEnabled())
 
 
 def _write_ground(choice: SceneChoice, find_ground: bool) -> SceneChoice:
