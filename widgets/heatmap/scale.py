@@ -145,9 +145,8 @@ def is_clear_where_low(data: HeatmapData) -> bool:
 def draped_ramp(shares: NDArray[np.float64], palette: Palette) -> NDArray[np.float64]:
     """Return the colours of a heatmap on the ground, (..., 3) from 0 to 1, of shares from low to high."""
     table = np.array([rgb(colour) for colour in palette.heat])
-    place = np.clip(shares, 0.0, 1.0) * (len(table) - 1)
-    low = np.minimum(place.astype(np.int64), len(table) - 2)
-    return np.asarray(table[low] + (table[low + 1] - table[low]) * (place - low)[..., None])
+    place, steps = np.clip(shares, 0.0, 1.0) * (len(table) - 1), np.arange(len(table))
+    return np.stack([np.interp(place, steps, channel) for channel in table.T], axis=-1)
 
 
 # ---------------------------------------------------------------- the colour bar

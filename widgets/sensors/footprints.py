@@ -7,6 +7,7 @@ car's body.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -99,11 +100,17 @@ class FootprintsLayer:
         if known is not None:
             return known
         if quick:
-            return footprint(sensor, limits, step_deg=_QUICK_DEG)
+            return quick_footprint(sensor, limits)
         if len(self._known) >= _MOST_KEPT:
             self._known.clear()
         found = self._known[key] = footprint(sensor, limits, solid)
         return found
+
+
+@lru_cache(maxsize=8)
+def quick_footprint(sensor: Sensor, limits: tuple[float, ...]) -> Footprint:
+    """Return a footprint without the car's body, and coarser where it is bent: that of a pinhole camera is exact."""
+    return footprint(sensor, limits, step_deg=_QUICK_DEG)
 
 
 _Part = tuple[Points, str, float]

@@ -179,8 +179,8 @@ def pyramid_of(sensor: Sensor, colour: str, alpha: float) -> Fan:
     Of a lens without rays in the corners, lines to the middles of the sides of what it images.
     """
     columns, rows = sensor.resolution
-    index = np.arange(columns * rows).reshape(rows, columns)
-    sides = (index[0], index[1:, -1], index[-1, -2::-1], index[-2:0:-1, 0])
+    across, down = np.arange(columns), columns * np.arange(rows)  # a table of all rays takes a frame's time
+    sides = (across, down[1:] + columns - 1, down[-1] + across[-2::-1], down[-2:0:-1])
     border = np.concatenate([side[:: max(1, len(side) // 24)] for side in sides])
     rays = sensor_rays(sensor, border)
     ends = PYRAMID_M * rays.directions

@@ -14,7 +14,6 @@ import pyvista as pv
 from numpy.typing import NDArray
 from vtkmodules.vtkRenderingCore import vtkRenderer, vtkTextActor
 
-from riglens.core.footprint.ground import footprint
 from riglens.core.rig.model import Camera, Sensor
 from riglens.widgets.drawing.camera import Pixel, Size
 from riglens.widgets.drawing.label import (
@@ -29,6 +28,7 @@ from riglens.widgets.drawing.label import (
 )
 from riglens.widgets.sensors.appearance import colour_of
 from riglens.widgets.sensors.bodies import sensor_body
+from riglens.widgets.sensors.footprints import quick_footprint
 from riglens.widgets.theme import Palette, rgb
 from riglens.widgets.viewport.ground_layer import RINGS_M
 from riglens.widgets.viewport.scene_state import SceneState
@@ -108,7 +108,7 @@ class PlaceWordsLayer:
             radius = (_DOT_PX + (1.0 if is_selected else 0.0)) * unit
             boxes.append(Box(x - 5 * unit, size[1] - y - 5 * unit, 10 * unit, 10 * unit))
             pixel_m = state.camera.metres_per_pixel(np.array(sensor.position), size)
-            is_large = float(np.ptp(sensor_body(sensor).box_m(), axis=0).max()) / pixel_m > _BODY_PX * unit
+            is_large = _extent_m(sensor) / pixel_m > _BODY_PX * unit
             if is_large or (is_selected and state.gizmo_pose is not None) or sensor.name in state.failed:
                 continue
             colour = state.palette.selected if is_selected else colour_of(sensor.kind)
@@ -158,6 +158,12 @@ class PlaceWordsLayer:
 
 
 @lru_cache(maxsize=512)
+def _extent_m(sensor: Sensor) -> float:
+    """Return the longest edge of a sensor's body, whose size a library of files gives."""
+    return float(np.ptp(sensor_body(sensor).box_m(), axis=0).max())
+
+
+@lru_cache(maxsize=512)
 def _width_px(text: str, is_bold: bool, font_px: int) -> float:
     actor = text_actor(is_bold)
     set_words(actor, f" {text} ")
@@ -197,7 +203,7 @@ def _band_words(state: SceneState, size: Size, unit: float) -> Iterator[Word]:
     camera = _labelled(state)
     if camera is None:
         return
-    for band in footprint(camera, state.ray_look.px_per_m).bands:
+    for band in quick_footprint(camera, state.ray_look.px_per_m).bands:
         if not band.patches:
             continue
         corners = band.patches[0]
