@@ -5,7 +5,16 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import QEvent, QPoint, Qt
 from PySide6.QtGui import QGuiApplication, QHelpEvent
-from PySide6.QtWidgets import QApplication, QLabel, QLineEdit, QToolButton, QToolTip, QWidget
+from PySide6.QtWidgets import (
+    QApplication,
+    QDoubleSpinBox,
+    QLabel,
+    QLineEdit,
+    QSpinBox,
+    QToolButton,
+    QToolTip,
+    QWidget,
+)
 from pytestqt.qtbot import QtBot
 
 from riglens.core.figures.coverage import S_MS
@@ -58,6 +67,11 @@ def test_all_that_the_window_is_made_of_stands_in_it(bench: Bench) -> None:
         if isinstance(part, QWidget) and part.windowType() == Qt.WindowType.Widget
     ]
     assert len(made) > 100 and [name for name, part in made if part.parentWidget() is None] == []
+
+
+def test_boxes_of_numbers_say_their_unit(bench: Bench) -> None:
+    boxes = [*bench.window.findChildren(QSpinBox), *bench.window.findChildren(QDoubleSpinBox)]
+    assert {box.objectName() for box in boxes if not box.suffix()} == {"frame", "frame_number"}
 
 
 # ---------------------------------------------------------------------- several at once

@@ -15,6 +15,7 @@ from riglens.widgets.heatmap.scale import HeatLook
 from riglens.widgets.sensors.appearance import ray_colour, selected_ray_colour
 from riglens.widgets.sensors.ray_look import RayLook
 from riglens.widgets.theme import DARK, LIGHT, rgb
+from riglens.widgets.traffic.frame import ShownFrame
 from riglens.widgets.viewport.drawn_scene import DrawnScene
 from riglens.widgets.viewport.scene_state import SceneState
 from riglens.widgets.viewport.still import render_still, staged
@@ -190,3 +191,26 @@ def test_a_transparent_picture_lets_the_page_shine_through():
     )
     assert image.shape == (200, 320, 4)
     assert image[0, 0, 3] == 0
+
+
+def test_lines_and_points_are_as_wide_on_a_dense_screen_whenever_it_becomes_one() -> None:
+    objects = ShownFrame(
+        np.zeros(2, np.uint8), np.zeros((2, 3)), np.ones((2, 3)), np.stack([np.eye(3)] * 2),
+        np.array([0, 9]), np.zeros((4, 3), np.float32), np.array([True, True, False, False]), 5, None,
+    )  # fmt: skip
+    state = SceneState(rig=RIG, selected="roof", traffic=objects)
+
+    def widths(*steps: float | SceneState) -> list[tuple[float, float]]:
+        plotter = pv.Plotter(off_screen=True, window_size=list(SIZE))
+        scene = DrawnScene(plotter)
+        for step in steps:
+            scene.show(step) if isinstance(step, SceneState) else scene.set_pixel_ratio(step)
+        scene.prepare()
+        props = [one for renderer in plotter.render_window.GetRenderers() for one in renderer.GetActors()]
+        found = [(one.GetProperty().GetLineWidth(), one.GetProperty().GetPointSize()) for one in props]
+        plotter.close()
+        return sorted(found)
+
+    after = widths(state, 2.0)
+    assert after == widths(2.0, state) == widths(2.0, SceneState(palette=LIGHT), state)
+    assert after != widths(state)
