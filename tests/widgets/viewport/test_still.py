@@ -214,3 +214,12 @@ def test_lines_and_points_are_as_wide_on_a_dense_screen_whenever_it_becomes_one(
     after = widths(state, 2.0)
     assert after == widths(2.0, state) == widths(2.0, SceneState(palette=LIGHT), state)
     assert after != widths(state)
+
+
+def test_whatever_is_shown_has_a_shape(plotter: pv.Plotter) -> None:
+    scene = DrawnScene(plotter)
+    scene.show(SceneState(rig=RIG, selected="roof", heatmap=wall(4.0)))
+    scene.prepare()
+    actors = [one for renderer in plotter.render_window.GetRenderers() for one in renderer.GetActors()]
+    shown = [one.GetMapper().GetInput() for one in actors if one.GetVisibility()]
+    assert len(shown) > 10 and all(mesh is not None and mesh.GetNumberOfPoints() for mesh in shown)
