@@ -10,6 +10,8 @@ from PySide6.QtWidgets import (
     QDoubleSpinBox,
     QLabel,
     QLineEdit,
+    QMainWindow,
+    QMenu,
     QSpinBox,
     QToolButton,
     QToolTip,
@@ -58,13 +60,13 @@ def choose_both(bench: Bench) -> None:
 
 # ---------------------------------------------------------------------- all of them
 def test_all_that_the_window_is_made_of_stands_in_it(bench: Bench) -> None:
-    widgets = [bench.window, *bench.window.findChildren(QWidget)]
+    makers = [bench.window, *bench.window.findChildren(QWidget), *vars(bench.features).values()]
     made = [
-        (f"{type(widget).__name__}.{name}", part)
-        for widget in widgets
-        for name, value in vars(widget).items()
+        (f"{type(maker).__name__}.{name}", part)
+        for maker in makers
+        for name, value in vars(maker).items()
         for part in (value.values() if isinstance(value, dict) else [value])
-        if isinstance(part, QWidget) and part.windowType() == Qt.WindowType.Widget
+        if isinstance(part, QWidget) and not isinstance(part, QMenu | QMainWindow)
     ]
     assert len(made) > 100 and [name for name, part in made if part.parentWidget() is None] == []
 
