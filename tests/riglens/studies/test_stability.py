@@ -84,6 +84,11 @@ def test_the_csv_files_have_a_line_per_case_and_per_setting_and_class(rows, metr
     assert orders[0]["order_rigs"].split(" < ") == list(metric.reference.order("rigs", "car"))
 
 
+def test_of_resampled_frames_the_least_agreement_is_told_beside_the_median(metric):
+    lines = {setting.rpartition(": ")[2]: cells for setting, cells in order_lines(metric)}
+    assert lines["least"][0].tau < lines["median"][0].tau <= 1.0
+
+
 def test_the_page_shows_every_case_and_setting_and_escapes_names(rows, metric):
     html = page_of(tuple(rows.values()), metric, caption(metric, "<boxes> & more"))
     assert "&lt;boxes&gt; &amp; more" in html and "<boxes>" not in html
