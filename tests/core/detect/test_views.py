@@ -51,6 +51,13 @@ def test_a_target_leads_back_to_the_place_of_its_object(number: int) -> None:
         assert np.hypot(*(found[0] - place[:2])) < 0.01 * np.hypot(*place[:2])
 
 
+def test_marks_far_beside_a_picture_are_one_width_of_it_away() -> None:
+    camera = CAMERAS[0]
+    beside = np.add(camera.position, [[2.0, 30.0, 0.0], [2.0, -30.0, 0.0]])
+    marks = marks_of(camera, np.full(2, LEAST_PX), np.zeros((2, 4), int), np.zeros(2, np.uint8), beside)
+    assert marks.column.tolist() == [-320.0, 640.0]
+
+
 def test_beside_a_picture_bearings_go_on_as_between_its_outermost_pixels() -> None:
     lenses, columns = Lenses.of(CAMERAS[:1]), np.array([-3.0, 0.0, 1.0, 318.0, 319.0, 322.0])
     found = lenses.located(0, np.full(6, 64), columns, np.full(6, 10.0)) - np.array(CAMERAS[0].position[:2])
