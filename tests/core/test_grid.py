@@ -28,12 +28,6 @@ def test_other_voxels_divide_the_roi(voxel_m: float, shape: tuple[int, int, int]
     assert VoxelGrid(voxel_m).shape == shape
 
 
-@pytest.mark.parametrize("voxel_m", [0.0, -0.1, math.nan, math.inf, -math.inf])
-def test_a_voxel_that_is_no_length_is_refused(voxel_m: float) -> None:
-    with pytest.raises(InputError, match=r"^voxel_m must be between"):
-        VoxelGrid(voxel_m)
-
-
 @pytest.mark.parametrize("side", [0.0, -4.0, math.nan, math.inf])
 @pytest.mark.parametrize("axis", [0, 1, 2])
 def test_a_roi_that_is_no_length_is_refused_by_its_name(side: float, axis: int) -> None:

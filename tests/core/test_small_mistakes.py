@@ -77,13 +77,6 @@ def test_an_old_folder_comes_back_when_the_new_one_cannot_take_its_place(
 # ---------------------------------------------------------------- scene
 
 
-def test_the_least_voxel_edge_is_stated() -> None:
-    assert VoxelGrid(1e-4, (1e-3, 1e-3, 1e-3)).shape == (10, 10, 10)
-    for edge in (9e-5, 1e-320):
-        with pytest.raises(InputError, match=r"^voxel_m must be between 0\.0001 and 1000 m"):
-            VoxelGrid(edge, (1e-3, 1e-3, 1e-3))
-
-
 def test_rotations_are_those_of_scipy_whatever_the_length_of_the_quaternion() -> None:
     yaw = RANDOM.uniform(-4.0, 4.0, 20)
     assert np.allclose(

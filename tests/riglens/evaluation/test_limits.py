@@ -90,3 +90,4 @@ def test_what_a_message_calls_acceptable_is_accepted_and_no_more(one: Limits) ->
             beyond = value + int(outwards) if one.kind is int else math.nextafter(value, outwards * math.inf)
             assert bool(refusal(one.options, one.field, value)) != is_accepted
             assert refusal(one.options, one.field, beyond)
+    assert one.kind is int or refusal(one.options, one.field, math.nan)
