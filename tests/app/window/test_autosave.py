@@ -269,10 +269,11 @@ def test_a_window_that_got_the_number_of_one_that_is_gone_hides_nothing(tmp_path
 def test_nothing_is_left_beside_a_file_that_is_gone(tmp_path: Path) -> None:
     file = AutosaveFile(tmp_path)
     for _ in range(2):
-        file.write(Unsaved(MOVED, RIG, None))
-    assert len(list(tmp_path.iterdir())) == 2
-    file.remove()
-    assert list(tmp_path.iterdir()) == []
+        for _ in range(2):
+            file.write(Unsaved(MOVED, RIG, None))
+            assert len(list(tmp_path.iterdir())) == 2, "a file and its lock"
+        file.remove()
+        assert list(tmp_path.iterdir()) == []
 
 
 def test_two_windows_of_one_process_number_keep_apart(tmp_path: Path) -> None:

@@ -7,6 +7,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from riglens.core.geometry import Pose
+from riglens.core.sensors.mounting import upright_rpy_deg
 from riglens.core.vehicle.placing import FAR_M, FREE, PlacingRules, placed, placed_on
 
 BOX = np.array([[-0.13, -0.065, -0.05], [0.06, 0.065, 0.067]])
@@ -66,6 +68,12 @@ def test_a_camera_on_a_side_looks_straight_away_from_it(point, normal):
 def test_a_camera_on_a_roof_or_windscreen_looks_level_not_into_the_sky(normal, yaw_deg):
     pose = placed_on(np.zeros(3), np.array(normal), "camera", BOX)
     assert pose.rpy_deg[:2] == (0.0, 0.0) and abs(pose.rpy_deg[2]) == yaw_deg
+
+
+@pytest.mark.parametrize("x", [1.0, -1.0])
+def test_upright_on_the_very_front_ahead_is_down_and_on_the_rear_up(x):
+    turn = Pose((0.0, 0.0, 0.0), upright_rpy_deg(np.array([x, 0.0, 0.0]))).rotation()
+    assert turn[:, 2] == pytest.approx([x, 0.0, 0.0]) and turn[:, 0] == pytest.approx([0.0, 0.0, -x])
 
 
 # ---------------------------------------------------------------------- rules: grid, middle line, upright, rails
