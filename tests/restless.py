@@ -38,7 +38,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )  # fmt: skip
 
-from riglens.app.background.memory import trim
+from riglens.app.background.memory import FreedMemory, trim
 from riglens.app.window.dialogs import Dialogs, Unsaved
 from riglens.app.window.main_window import MainWindow
 from riglens.app.window.start import open_window
@@ -272,7 +272,9 @@ def settle(window: MainWindow) -> None:
 def measured(window: MainWindow) -> tuple[int, int, float]:
     """Memory at rest in MB, objects of Qt in the window, and millions of voxels that the user chose."""
     settle(window)
-    window.bench.rest()  # as the window does after five seconds
+    freed = window.findChild(FreedMemory)
+    assert freed is not None
+    freed.resting.emit()  # as the window does after five seconds
     gc.collect()
     trim()
     shown = window.session.scene

@@ -29,6 +29,7 @@ if TYPE_CHECKING:  # made by the thread, which loads the compiler
     from riglens.core.targets.counts import Counted
     from riglens.core.targets.engine import TargetEngine
     from riglens.core.targets.ground import GroundView
+    from riglens.core.targets.groups import Groups
     from riglens.core.targets.traffic import Traffic
 
 NO_BOXES = "A stored POG holds no objects: load the box data set to count hits on them."
@@ -135,15 +136,34 @@ def make_counter(
 
 @dataclass
 class _Data:
-    """Objects of one data set, with an engine for the rig, one for it during a drag, one for the baseline and one for
-    other rigs."""
+    """Objects of one data set, with an engine for the rig, one for it during a drag and one for other rigs; compared:
+    the baseline counted last in all frames, from which its counts in fewer follow."""
 
     options: SceneOptions
     traffic: Traffic
     engine: TargetEngine
     dragged: TargetEngine
-    baseline: TargetEngine
     others: TargetEngine
+    compared: Counted | None = None
+
+    def baseline_of(
+        self, rig: Rig, settings: TargetSettings, groups: Groups, cancel: Callable[[], bool]
+    ) -> Counted:
+        """Return the counts of the baseline on the objects of the first frames."""
+        known, any_points = self.compared, replace(settings, min_points=1, calibration=None)
+        if (
+            known is None
+            or known.rig != rig
+            or replace(known.settings, min_points=1, calibration=None) != any_points
+        ):
+            known = self.others.evaluate(rig, settings, groups.span, cancel=cancel)
+            self.keep(known)
+        return replace(known.first(groups), settings=settings)
+
+    def keep(self, baseline: Counted) -> None:
+        """Keep the counts of the baseline, if they are those in all frames."""
+        if baseline.is_whole:
+            self.compared = replace(baseline, losses=None)
 
 
 class Counting:
@@ -174,7 +194,8 @@ class Counting:
             answer = _counted(data, request, frames, context.is_stale)
         for one in (data.dragged, data.others):  # the latter were compared with an earlier rig
             one.forget()
-        data.engine.rest()
+        for one in (data.engine, data.dragged):
+            one.rest()
         return answer
 
     def rest(self) -> None:
@@ -201,9 +222,7 @@ class Counting:
             self._data = None
             traffic = load_traffic(options, WITHIN_M, context.stop_if_closing)
             engine = TargetEngine(traffic, self._threads)
-            self._data = _Data(
-                options, traffic, engine, engine.beside(threads=1), engine.beside(), engine.beside()
-            )
+            self._data = _Data(options, traffic, engine, engine.beside(threads=1), engine.beside())
         return self._data
 
 
@@ -213,10 +232,10 @@ def _counted(data: _Data, request: CountRequest, frames: int, cancel: Callable[[
     with_losses = request.with_losses and frames == data.traffic.frames
     engine = data.dragged if request.is_preview else data.engine
     counted = engine.evaluate(request.rig, settings, frames, cancel=cancel, with_losses=with_losses)
-    baseline = counted
     if request.baseline_rig == request.rig:
-        data.baseline.forget()
-    else:
-        settings = with_known_body(request.settings, request.baseline_rig)
-        baseline = data.baseline.evaluate(request.baseline_rig, settings, frames, cancel=cancel)
-    return CountAnswer.of(request, counted, baseline)
+        data.keep(counted)
+        return CountAnswer.of(request, counted, counted)
+    settings = with_known_body(request.settings, request.baseline_rig)
+    return CountAnswer.of(
+        request, counted, data.baseline_of(request.baseline_rig, settings, counted.groups, cancel)
+    )

@@ -84,14 +84,14 @@ class ObjectCounts:
         flags += [found.counts >= _enough(kind) for kind, found in self.returns.items()]
         return np.asarray(np.concatenate(flags, axis=1).sum(axis=1))
 
-    def without_first(self, count: int) -> ObjectCounts:
-        """Return the counts without the first `count` objects."""
+    def part(self, which: slice) -> ObjectCounts:
+        """Return the counts of some objects."""
         columns = {
-            one.name: getattr(self, one.name)[count:]
+            one.name: getattr(self, one.name)[which]
             for one in fields(self)
             if one.name not in ("lidars", "cameras", "returns")
         }
-        returns = {kind: replace(found, counts=found.counts[count:]) for kind, found in self.returns.items()}
+        returns = {kind: replace(found, counts=found.counts[which]) for kind, found in self.returns.items()}
         return replace(self, **columns, returns=returns)
 
     @cached_property
@@ -138,6 +138,12 @@ class Counted:
     objects: ObjectCounts
     elapsed_ms: float = 0.0
     losses: CameraLosses | None = None
+
+    def first(self, groups: Groups) -> Counted:
+        """Return the counts in the first frames of all of these, whose objects are given: those that an engine would
+        count, without losses."""
+        objects = self.objects.part(slice(len(groups.every)))
+        return replace(self, groups=groups, objects=objects, losses=None)
 
     @property
     def traffic(self) -> Traffic:

@@ -63,8 +63,9 @@ class TargetEngine:
         return other
 
     def rest(self) -> None:
-        """Release what the next sensor needs anew; of engines beside this one, too."""
+        """Release what the next edit makes anew, of engines beside this one, too; what was counted stays."""
         self._caster.rest()
+        self._gatherer = Gatherer(self._workers)
 
     def forget(self) -> None:
         """Release what is held of sensors; an engine beside this one keeps its own."""
@@ -115,7 +116,7 @@ class TargetEngine:
         groups = self._groups
         objects = self._gatherer.objects(groups.every, rig, by_sensor)
         if groups.before:
-            objects = objects.without_first(groups.before)
+            objects = objects.part(slice(groups.before, None))
         losses = None
         if with_losses:
             pairs = [(by_sensor[name], self._held[shape]) for name, shape in unblocked.items()]

@@ -15,7 +15,7 @@ from riglens.core.scene.boxes import BoxBatch, BoxSource
 
 REACH_M = 250.0
 """Boxes farther away than this are not kept: no sensor shows them."""
-MEMORY_BYTES = 32 << 20
+MEMORY_BYTES = 4 << 20
 """Memory limit beyond which frames go to a temporary file."""
 MAX_BOXES = 10_000_000
 _RECORD = np.dtype([("cls", "u1"), ("centre", "f4", 3), ("size", "f4", 3), ("rotation", "f4", (3, 3))])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -27,6 +28,7 @@ from riglens.core.scene.readers import open_boxes
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import USUAL
 from riglens.core.targets.traffic import read_traffic
+from riglens.evaluation.known_body import with_known_body
 from riglens.evaluation.options import SceneOptions
 from tests.app.window_bench import RIG, scene_options
 from tests.waiting import TIMEOUT_S
@@ -101,9 +103,19 @@ def test_a_preview_gets_one_sample(counter: Counter, boxes: SceneOptions) -> Non
 
 def test_the_baseline_is_counted_in_the_same_frames(counter: Counter, boxes: SceneOptions) -> None:
     rig = RIG.model_copy(update={"sensors": RIG.sensors[:1]})
-    for answer in answers_to(counter, ask_for(boxes, rig)):
-        assert answer.baseline.rig == RIG and answer.counted.rig == rig
-        assert (answer.baseline.objects.box == answer.counted.objects.box).all()
+    engine = TargetEngine(read_traffic(source(boxes)), threads=1)
+    strict = replace(USUAL, min_points=7)
+    for settings, shown, is_preview in (
+        (USUAL, rig, False), (USUAL, rig, True), (USUAL, RIG, False), (strict, rig, True), (strict, rig, False),
+    ):  # fmt: skip
+        request = replace(ask_for(boxes, shown, is_preview=is_preview), settings=settings)
+        for answer in answers_to(counter, request):
+            assert answer.baseline.rig == RIG and answer.counted.rig == shown
+            fresh = engine.evaluate(RIG, with_known_body(settings, RIG), answer.counted.frames_used)
+            assert answer.baseline.settings == fresh.settings
+            for name in ("box", "points", "pixels", "cells", "heights_px", "shown", "points_alone"):
+                found, expected = (getattr(one.objects, name) for one in (answer.baseline, fresh))
+                assert (found == expected).all() and found.shape == expected.shape
 
 
 def test_slow_sensors_get_smaller_samples_and_quick_ones_larger(qtbot: QtBot, boxes: SceneOptions) -> None:
