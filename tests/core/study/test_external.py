@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 from pathlib import Path
 
 import numpy as np
@@ -28,7 +29,7 @@ from riglens.core.study.anchors import (
     whole_lidar,
 )
 from riglens.core.study.external import FIGURES, TOLERANCE, AnchorRatios, mean_error, outcomes
-from riglens.studies.external import document, shown, study
+from riglens.studies.external import document, lines, shown, study
 from tests.core.builders import field_of, grid_of
 from tests.core.targets.cases import traffic
 
@@ -149,6 +150,10 @@ def test_json_says_which_published_ratios_are_predicted() -> None:
     for group in groups:
         assert group["passes"] == sum(test["passes"] for test in group["tests"])
     assert any("Known not to hold" in block for block in shown(found) if isinstance(block, str))
+    for one, line in zip(found, lines(found), strict=True):
+        ratio = one.ratios["predicted"]
+        assert line["predicted"] == ("" if math.isnan(ratio) else pytest.approx(ratio, abs=1e-4))
+    assert any(line["predicted"] for line in lines(found))
 
 
 def test_the_same_objects_in_every_run_have_no_traffic_of_their_own() -> None:
