@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from PySide6.QtWidgets import QLabel
 from pytestqt.qtbot import QtBot
 
 from riglens.app.background.background_requests import ToleranceProgress
@@ -93,6 +94,9 @@ def test_an_edit_voids_what_is_shown_and_at_rest_it_is_asked_anew(desk: FullDesk
     assert desk.recompute.tolerances[-1].rig == desk.document.rig
     feature(desk)._take(desk.recompute.tolerances[0], ToleranceProgress(81, 81, None))
     assert feature(desk).answer is None
+    assert not all(label.isEnabled() for label in strip.findChildren(QLabel))
+    tell(desk, 30)
+    assert all(label.isEnabled() for label in strip.findChildren(QLabel))
 
 
 def test_what_is_only_shown_otherwise_is_not_drawn_again_and_a_failed_sensor_is(desk: FullDesk) -> None:
