@@ -44,7 +44,8 @@ def test_the_chart_names_every_point_and_no_name_covers_another(study):
         assert set(names) == {point_text(point, study) for point in study.points if shown(point)}
         boxes = [text.get_window_extent() for text in names.values()]
         assert not any(a.overlaps(b) for a, b in combinations(boxes, 2))
-    assert "made-up boxes, 50 frames" in " ".join(text.get_text() for text in figure.texts)
+    words = " ".join(text.get_text() for text in figure.texts)
+    assert "made-up boxes, 50 frames" in words and all(line in words for line in verdicts(study))
 
 
 def test_the_chart_is_saved_as_png_and_svg_with_the_same_bytes_each_time(study):
