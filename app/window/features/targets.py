@@ -44,8 +44,6 @@ class Targets(Feature):
         self._asked: CountRequest | None = None
         self._ahead: SceneOptions | None = None
         """The boxes of the first load, if they may be counted meanwhile."""
-        self._early: CountAnswer | None = None
-        """The last answer that came before the first scene."""
         self._with_losses = False
         self._least_revision = 0
         """Answers on earlier revisions are about a rig that is no longer open."""
@@ -65,9 +63,8 @@ class Targets(Feature):
             changed.connect(self._ask)
         bench.recompute.boxes_named.connect(self._count_ahead, queued)
         bench.recompute.load_ended.connect(self._end_load, queued)
-        self.session.scene_changed.connect(
-            self._take_early, queued
-        )  # once all have forgotten the scene before
+        # once all have forgotten the scene before
+        self.session.scene_changed.connect(self._tell_again, queued)
         bench.answers.answered.connect(lambda _: self._ask())
         bench.answers.forgotten.connect(self._forget)
         bench.theme_changed.connect(lambda _: self._show())
@@ -85,12 +82,8 @@ class Targets(Feature):
     @property
     def answer_on_scene(self) -> CountAnswer | None:
         """Return the last answer that was shown; None if it is about other traffic than that of the scene."""
-        answer = self.answer
-        return answer if answer is not None and self._is_on_scene(answer) else None
-
-    def _is_on_scene(self, answer: CountAnswer) -> bool:
-        scene = self.session.scene
-        return scene is not None and answer.request.options is scene.options
+        answer, scene = self.answer, self.session.scene
+        return answer if answer and scene and answer.request.options is scene.options else None
 
     def want_losses(self, wanted: bool) -> None:
         """Also request what hides objects from cameras, or no longer."""
@@ -116,6 +109,7 @@ class Targets(Feature):
         if problem and options is self._ahead:
             self._ahead = self._asked = None
             self.counter.drop()
+            self._show_none(problem)
 
     def forget_scene(self) -> None:
         """Count no objects of an earlier load."""
@@ -144,17 +138,16 @@ class Targets(Feature):
         self._grey()
         self.counter.ask(request)
 
-    def _take_early(self) -> None:
-        if self._early is not None:
-            self._take(self._early.request, self._early)
+    def _tell_again(self) -> None:
+        if self.answer_on_scene is not None:
+            self.counted.emit()
 
     def _take(self, _: CountRequest, answer: CountAnswer) -> None:
         """Show an answer, during a drag perhaps later; not one of other traffic or of a rig before the one shown."""
-        shown = self.answer or self._early
-        if answer.request.revision < (self._least_revision if shown is None else shown.request.revision):
+        shown, scene = self.answer, self.session.scene
+        if answer.request.options is not (self._ahead if scene is None else scene.options):
             return
-        self._early = answer if self.session.scene is None else None
-        if not self._is_on_scene(answer):
+        if answer.request.revision < (self._least_revision if shown is None else shown.request.revision):
             return
         self.answer = answer
         if answer.is_whole:
@@ -168,7 +161,8 @@ class Targets(Feature):
         self._is_behind = False
         self._pause.start()
         self._show()
-        self.counted.emit()
+        if self.session.scene is not None:  # before, there is nothing that others could do with it
+            self.counted.emit()
 
     def _catch_up(self) -> None:
         if self._is_behind:

@@ -66,18 +66,18 @@ def name_boxes(desk: Desk, options: SceneOptions) -> None:
     QApplication.processEvents()
 
 
-def test_objects_are_counted_while_their_scene_is_loaded_and_shown_with_it(
-    desk: Desk, targets: Targets
-) -> None:
+def test_objects_are_counted_and_shown_while_their_scene_is_loaded(desk: Desk, targets: Targets) -> None:
     scene = loaded()
     name_boxes(desk, scene.options)
     (request,) = desk.counter.requests
-    whole = answer(request)
+    whole, told = answer(request), list[bool]()
+    targets.counted.connect(lambda: told.append(targets.answer_on_scene is whole))
     take(targets, whole)
-    assert targets.answer is None
+    assert desk.panels.scores.table.cell("car", "predicted").text == text(predicted(whole))
+    assert not told and targets.is_current
     desk.session.show_scene(scene)
     QApplication.processEvents()
-    assert targets.answer is whole and targets.is_current
+    assert told == [True]
     desk.answer()
     assert desk.counter.requests == [request]
 
