@@ -1,6 +1,7 @@
 """Nothing is dropped in silence: the report says what was read, converted, approximated and left out."""
 
 import json
+import math
 import re
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 
 from riglens.core.errors import InputError
+from riglens.core.formats.carla_lidar import rays_to_write
 from riglens.core.formats.exchange import read_rig, readable, writable
 from riglens.core.formats.mounts import ReadOptions, find_model
 from riglens.core.formats.report import KINDS, Notes, Report
@@ -309,3 +311,10 @@ def test_a_folder_with_one_of_the_tables_says_which_is_missing(tmp_path: Path) -
     write_files(tmp_path, {"calibrated_sensor.json": files["calibrated_sensor.json"]})
     with pytest.raises(InputError, match=r"sensor\.json is missing in it: calibrated_sensor and sensor"):
         read_rig(tmp_path)
+
+
+@pytest.mark.parametrize("high_m", [80.0, math.inf])
+def test_a_range_without_end_is_all_that_carla_approximates(high_m: float) -> None:
+    notes = Notes()
+    rays_to_write(lidar("roof", LEVEL).replace(range_m=(0.0, high_m)), notes)
+    assert has(notes.report("CARLA"), "no largest range") == math.isinf(high_m)

@@ -101,6 +101,7 @@ def test_things_stand_out_from_the_road_and_the_same_seed_paints_the_same() -> N
     road = one.rgb[-1, 80].astype(int)
     for user in np.flatnonzero(one.pixels > 20).tolist():
         assert np.abs(one.rgb[one.what == user].mean(axis=0) - road).max() > 8
+        assert one.rgb[one.what == user].max(axis=0).min() > 30, "lit from somewhere"
 
 
 def test_labels_of_every_kind() -> None:
