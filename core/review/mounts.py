@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Annotated, Self
@@ -191,13 +192,18 @@ def footing_of(sensor: Sensor, at_m: Vec3, skin: Skin, has_materials: bool) -> F
     return Footing(at_m, materials, covers, parts)
 
 
-@lru_cache(maxsize=64)  # while one sensor moves, the others cost nothing
-def _footing(sensor: Sensor, solid: Solid, has_materials: bool) -> tuple[MountStatus, Footing]:
-    """Return the mount status of a sensor on a car, and what it stands on."""
-    standing = status_of(sensor, solid)
-    if standing.nearest_m is None:
-        return standing, Footing(sensor.position, frozenset(), frozenset(), frozenset())
-    return standing, footing_of(sensor, standing.nearest_m, skin_of(solid), has_materials)
+@lru_cache(maxsize=2)  # a car takes 20 MB: those of sensors on earlier ones go with it
+def _footings(solid: Solid, has_materials: bool) -> Callable[[Sensor], tuple[MountStatus, Footing]]:
+    """Return what gives the mount status of a sensor on a car, and what it stands on."""
+
+    @lru_cache(maxsize=64)  # while one sensor moves, the others cost nothing
+    def footing(sensor: Sensor) -> tuple[MountStatus, Footing]:
+        standing = status_of(sensor, solid)
+        if standing.nearest_m is None:
+            return standing, Footing(sensor.position, frozenset(), frozenset(), frozenset())
+        return standing, footing_of(sensor, standing.nearest_m, skin_of(solid), has_materials)
+
+    return footing
 
 
 def usual_keep_out(vehicle: Vehicle) -> tuple[KeepOut, ...]:
@@ -213,7 +219,7 @@ def mounts_of(rig: Rig, keep_out: tuple[KeepOut, ...] | None = None) -> tuple[Mo
     sensors = [sensor for sensor in rig.sensors if sensor.enabled]
     found = []
     for sensor in sensors:
-        standing, footing = _footing(sensor, solid, not rig.vehicle.has_mesh_file)
+        standing, footing = _footings(solid, not rig.vehicle.has_mesh_file)(sensor)
         materials = footing.materials
         judged = zones_for(sensor, keep_out, standing.behind_glass)
         zones = tuple(zone.name for zone in judged if is_in_zone(zone, footing, rig, outline))

@@ -20,7 +20,8 @@ class KeptAnswers:
     def __init__(self, limit_bytes: int) -> None:
         self.limit_bytes = limit_bytes
         self._answers = OrderedDict[tuple[Callable[..., Any], Hashable], tuple[Any, dict[int, int]]]()
-        """By function and argument, the last used last, with the bytes of their arrays by identity."""
+        """By function and argument, the last used last, with the bytes of the arrays of argument and answer by
+        identity."""
         self._used = set[tuple[Callable[..., Any], Hashable]]()
         """Used since the last `release_unused`."""
         self._lock = threading.Lock()
@@ -45,7 +46,7 @@ class KeptAnswers:
                 try:
                     new = find(asked)
                     with self._lock:
-                        self._answers[key] = new, _arrays_of(new)
+                        self._answers[key] = new, _arrays_of((asked, new))
                         self._used.add(key)
                         while len(self._answers) > 1 and self.size_bytes > self.limit_bytes:
                             self._answers.popitem(last=False)

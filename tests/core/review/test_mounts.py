@@ -1,5 +1,8 @@
 """Mounts: distances that a pencil gives, zones of the built-in bodies, one line per violation."""
 
+import gc
+import weakref
+
 import numpy as np
 import pytest
 from pydantic import ValidationError
@@ -26,7 +29,7 @@ from riglens.core.rig.library import sensor_from_model
 from riglens.core.rig.model import Camera, Rig, Sensor, Vehicle
 from riglens.core.rig.yaml.file import dumps, loads, rig_sha256
 from riglens.core.vehicle.body import body_parts
-from riglens.core.vehicle.solid import Solid
+from riglens.core.vehicle.solid import Solid, solid_of
 from riglens.core.vehicle.standing import MountStatus, status_of
 from tests.core.review.scenes import BOX, camera, dense_lidar
 
@@ -214,12 +217,22 @@ def test_what_stood_before_is_not_looked_for_again_and_says_the_same(monkeypatch
 
     wanted = [violations(one, MountLimits(gap_m=0.05)) for one in (rig, moved, longer, off)]
     monkeypatch.setattr(mounts_module, "status_of", counted)
-    mounts_module._footing.cache_clear()
+    mounts_module._footings.cache_clear()
     counts = []
     for one, lines in zip((rig, moved, longer, off), wanted, strict=True):
         assert violations(one, MountLimits(gap_m=0.05)) == lines
         counts.append(len(looked))
     assert counts == [2, 3, 5, 5]
+
+
+def test_cars_of_before_are_not_held() -> None:
+    cars = []
+    for length_m in (4.1, 4.2, 4.3, 4.4, 4.5):
+        vehicle = SEDAN.replace(length=length_m)
+        cars.append(weakref.ref(solid_of(vehicle)))
+        violations(Rig(sensors=(camera(position=(0.0, 0.0, 1.6)),), vehicle=vehicle), MountLimits())
+    gc.collect()
+    assert sum(car() is not None for car in cars) <= 2
 
 
 @pytest.mark.parametrize(
