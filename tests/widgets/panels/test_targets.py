@@ -178,8 +178,11 @@ def test_another_number_of_points_is_wanted_once(panel: TargetsPanel, qtbot: QtB
 
 
 def test_a_problem_stands_in_the_place_of_the_note(panel: TargetsPanel) -> None:
+    show(panel)
+    ahead = panel.rose._centre() - QPointF(0.0, panel.rose._radius(3) - 1.0)
+    assert panel.rose.text_at(ahead)
     panel.show_problem("No boxes")
-    assert panel._note.text() == "No boxes"
+    assert panel._note.text() == "No boxes" and panel.rose.text_at(ahead) == ""
     panel.say("Counting")
     assert panel._note.text() == "Counting" and "Counting" in panel._note.toolTip()
 
