@@ -14,17 +14,12 @@ from riglens.core.kernels.objects.box_frames import (
     Beams,
     Canvas,
     FrameBoxes,
-    bounds_of,
     box_of,
-    is_lost,
     limit_of,
-    local_direction,
     new_faces,
     parts_of,
-    ray_at,
     set_turn,
     start_of,
-    turned,
 )
 from riglens.core.kernels.objects.depth_order import DepthOrder, line_up, new_depth_order
 from riglens.core.kernels.objects.images import (
@@ -44,10 +39,21 @@ from riglens.core.kernels.objects.images import (
     touch,
 )
 from riglens.core.kernels.objects.nearest import meet_box
+from riglens.core.kernels.objects.returns import (
+    INVERSE,
+    MOST_RAYS,
+    NUMBER,
+    PART,
+    RayList,
+    X,
+    Y,
+    Z,
+    cells_of,
+    look_at,
+    new_list,
+)
 from riglens.core.kernels.objects.silhouette import Outline, outline_for, words_of
-from riglens.core.kernels.objects.unique_cells import keep_distinct, note_cells
-from riglens.core.kernels.rays.lattice import Direction
-from riglens.core.kernels.rays.phases import mixed, unit
+from riglens.core.kernels.objects.unique_cells import keep_distinct
 from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined
 
 __all__ = ["ALONE", "FIRST_ROW", "LAST_ROW", "RAYS"]
@@ -56,20 +62,18 @@ CELLS, FIRST_CELL, LAST_CELL = 4, 5, 8
 """Further rows of results on objects: distinct cells that rays enter (LiDARs), and along three axes, a row each, the
 first and the last of these (none: the last before the first)."""
 COLUMNS = 11
-_NEARLY = 1.0 - 1e-9
-"""Share of a bound that is below it for certain: far more room than rounding takes."""
 
 
 class Scratch(NamedTuple):
     """Room for a worker: the depth order of a frame; the image of a box; what rays of a group have met, and of a frame
-    so far; hits (4, rays): of rays that meet an object, their directions in its axes and 1 / t of the hit; table of
-    cells."""
+    so far; columns uint64 (columns + 1,) of a row that belong to an object; rays of a LiDAR on it; table of cells."""
 
     depth_order: DepthOrder
     outline: Outline
     canvas: Canvas
     bits: Bits
-    hits: np.ndarray
+    columns: np.ndarray
+    rays: RayList
     table: np.ndarray
 
 
@@ -91,40 +95,56 @@ def is_in_range(traffic: FrameBoxes, beams: Beams, box: int, row: int, inverse: 
 
 
 @lean_inlined
-def overhang_of(traffic: FrameBoxes, part: int, start: Direction) -> Direction:
-    """Return by how much a place, in the axes of an object, is beyond a part along each of these; below 0: between its
-    faces."""
-    middle, half = bounds_of(traffic, part)
-    return (
-        abs(start[0] - middle[0]) - half[0],
-        abs(start[1] - middle[1]) - half[1],
-        abs(start[2] - middle[2]) - half[2],
-    )
+def _find(columns: int, box: int, place: int, scratch: Scratch) -> int:
+    """List the columns of a row that belong to an object, and return their number."""
+    owner, base, number = scratch.canvas.owner, np.uint64(place * columns), np.uint64(0)
+    first, end = np.uint64(scratch.canvas.spans[place, 0]), np.uint64(scratch.canvas.spans[place, 1])
+    for column in range(first, end):
+        scratch.columns[number] = column  # overwritten unless it counts: a branch would cost more
+        number += np.uint64(box_of(owner[base + column]) == box)
+    return int(np.int64(number))
 
 
 @lean_inlined
-def cosine_of(over: Direction, along: Direction) -> float:
-    """Return the cosine of the angle between a ray, in the axes of an object, and the normal of the face by which it
-    enters a part, from a place that far beyond it; 1 for a ray that starts inside."""
-    last, cosine = -np.inf, 1.0
-    for axis in range(3):
-        s = over[axis]
-        if s > 0.0:  # the face entered is the one that is reached last
-            at = s / abs(along[axis])
-            if at > last:
-                last, cosine = at, abs(along[axis])
-    return float(cosine)
+def _is_met(traffic: FrameBoxes, beams: Beams, box: int, place: int, column: int, scratch: Scratch) -> bool:
+    """Return whether a ray that enters an object of a group first has no nearer hit, and gets something back."""
+    word, slot = place * words_of(beams.columns) + (column >> 6), place * beams.columns + column
+    if scratch.bits.seen[word] >> np.uint64(column & 63) & np.uint64(1):
+        return False
+    if beams.ends.size > 0 and is_stopped(beams, place, column, scratch.canvas.inverse[slot]):
+        return False
+    return beams.limits.size == 0 or is_in_range(traffic, beams, box, place, scratch.canvas.inverse[slot])
 
 
 @lean_inlined
-def is_returned(t: float, half_m: float, width: float, cosine: float, chance: float) -> bool:
-    """Return whether a ray returns from a face at t metres, against a chance in [0, 1); half_m: range at which half of
-    them would from a face towards the sensor; width: of the logistic, relative to that."""
-    x = (t / (half_m * np.sqrt(cosine)) - 1.0) / width
-    least = 1.0 - x + 0.5 * x * x  # of exp(-x) for x below 0: most rays need no exponential
-    if x < 0.0 and chance * (1.0 + least) < least * _NEARLY:
-        return True
-    return bool(chance < 1.0 / (1.0 + np.exp(x)))
+def _count_rays(
+    traffic: FrameBoxes, beams: Beams, box: int, one: int, scratch: Scratch, found: np.ndarray
+) -> None:
+    """Count the rays of an image, or of a sector, that enter an object of a group first."""
+    for place in range(scratch.canvas.touched[0], scratch.canvas.touched[1]):
+        for at in range(_find(beams.columns, box, place, scratch)):
+            column = int(np.int64(scratch.columns[at]))
+            if _is_met(traffic, beams, box, place, column, scratch):
+                note_rays(beams, place, column, column, 1, one, found)
+
+
+@lean_inlined
+def _list_row(
+    traffic: FrameBoxes, beams: Beams, box: int, place: int, run: tuple[int, int], scratch: Scratch, number: int
+) -> int:  # fmt: skip
+    """Put rays of a run of the columns found in a row on the list; return how many there are then."""
+    hits, marks, first = scratch.rays.hits, scratch.rays.marks, parts_of(traffic, box)[0]
+    f, g, to = beams.scale[place, 0], beams.scale[place, 1], np.uint64(number)
+    base, table = np.uint64(place * beams.columns), np.uint64(place * beams.stride)
+    ray, step = beams.row_of[place] * beams.steps[0], beams.steps[1]
+    for at in range(np.uint64(run[0]), np.uint64(run[1])):
+        column = scratch.columns[at]
+        hits[X + to], hits[Y + to] = f * beams.x[table + column], f * beams.y[table + column]
+        hits[Z + to], hits[INVERSE + to] = g * beams.z[table + column], scratch.canvas.inverse[base + column]
+        marks[NUMBER + to] = ray + beams.column_of[column] * step
+        marks[PART + to] = scratch.canvas.owner[base + column] - first
+        to += np.uint64(_is_met(traffic, beams, box, place, int(np.int64(column)), scratch))
+    return int(np.int64(to))
 
 
 @lean_inlined
@@ -137,49 +157,29 @@ def _take(
     found: np.ndarray,
     cells: np.ndarray,
 ) -> int:
-    """Count the rays that enter an object of a group first without a nearer hit, and list the cells of a LiDAR's
-    returning rays; return the number of the latter."""
-    canvas, words, turn, rays = scratch.canvas, words_of(beams.columns), scratch.outline.faces.turn, 0
-    start, one = start_of(traffic, beams, box), sweep.ranks[box]
+    """Count the returning rays of a LiDAR that enter an object of a group first, and list their cells; return the
+    number of these."""
+    canvas, turn, rays, one = scratch.canvas, scratch.outline.faces.turn, scratch.rays, sweep.ranks[box]
+    start, half_m, width = start_of(traffic, beams, box), 0.0, 0.0
     set_turn(traffic, sweep.rotation, box, turn)
-    over, (first, last) = scratch.outline.corners, parts_of(traffic, box)
-    for part in range(first, last if beams.law.size > 0 else first):
-        over[part - first, 0], over[part - first, 1], over[part - first, 2] = overhang_of(
-            traffic, part, start
+    look_at(traffic, box, start, beams.glass, rays.faces)
+    if beams.law.size > 0:
+        half_m, width = beams.law[traffic.cls[box]], beams.law[3]
+    place, at, end, returning, listed = canvas.touched[0], 0, 0, 0, 0
+    while at < end or place < canvas.touched[1]:
+        number = 0
+        while number < MOST_RAYS and (at < end or place < canvas.touched[1]):
+            if at == end:
+                at, end, place = 0, _find(beams.columns, box, place, scratch), place + 1
+            until = min(end, at + MOST_RAYS - number)
+            number = _list_row(traffic, beams, box, place - 1, (at, until), scratch, number)
+            at = until
+        more, listed = cells_of(
+            sweep.key, start, turn, half_m, width, number, rays.hits, rays.marks, rays.faces, cells, listed
         )
-    for place in range(canvas.touched[0], canvas.touched[1]):
-        base, before, low, high = place * beams.columns, rays, beams.columns, -1
-        for column in range(canvas.spans[place, 0], canvas.spans[place, 1]):
-            slot = base + column
-            part = canvas.owner[slot]
-            if part < 0 or box_of(part) != box:
-                continue
-            if scratch.bits.seen[place * words + (column >> 6)] >> np.uint64(column & 63) & np.uint64(1):
-                continue
-            if beams.turns and is_lost(traffic, beams, sweep.key, part, place, column):
-                continue
-            if beams.ends.size > 0 and is_stopped(beams, place, column, canvas.inverse[slot]):
-                continue
-            if beams.limits.size > 0 and not is_in_range(traffic, beams, box, place, canvas.inverse[slot]):
-                continue
-            if beams.turns:
-                along, inverse = turned(turn, local_direction(beams, place, column)), canvas.inverse[slot]
-                if beams.law.size > 0:
-                    word = mixed(sweep.key, np.uint64(ray_at(beams, place, column)))
-                    mine = over[part - first]
-                    chance, cosine = unit(word), cosine_of((mine[0], mine[1], mine[2]), along)
-                    half_m, width = beams.law[traffic.cls[box]], beams.law[3]
-                    if not is_returned(1.0 / inverse, half_m, width, cosine, chance):
-                        continue
-                scratch.hits[0, rays], scratch.hits[1, rays], scratch.hits[2, rays] = along
-                scratch.hits[3, rays] = inverse
-            rays, low, high = rays + 1, min(low, column), column
-        if rays > before:
-            note_rays(beams, place, low, high, rays - before, one, found)
-    if not beams.turns:
-        return 0
-    note_cells(start, scratch.hits, rays, cells)
-    kept, block = keep_distinct(rays, cells, scratch.table)
+        returning += more
+    found[RAYS, one] = returning
+    kept, block = keep_distinct(listed, cells, scratch.table)
     for axis in range(3):
         found[FIRST_CELL + axis, one], found[LAST_CELL + axis, one] = block[axis], block[axis + 3]
     return int(kept)
@@ -192,24 +192,30 @@ def _hide(columns: int, scratch: Scratch) -> None:
     touch(canvas.touched[0], canvas.touched[1], scratch.bits)
     for place in range(canvas.touched[0], canvas.touched[1]):
         # unsigned, as in `nearest`
-        base, first = np.uint64(place * columns), np.uint64(place * words)
-        for column in range(np.uint64(canvas.spans[place, 0]), np.uint64(canvas.spans[place, 1])):
-            slot, bit = base + column, np.uint64(1) << (column & np.uint64(63))
+        base, column = np.uint64(place * columns), np.uint64(canvas.spans[place, 0])
+        end, word = np.uint64(canvas.spans[place, 1]), np.uint64(place * words) + (column >> np.uint64(6))
+        while column < end:
+            until, bits = min(end, (column | np.uint64(63)) + np.uint64(1)), np.uint64(0)
+            for at in range(column, until):
+                is_hit = np.uint64(canvas.owner[base + at] >= 0)
+                bits |= is_hit << (at & np.uint64(63))
+            scratch.bits.seen[word] |= bits
+            column, word = until, word + np.uint64(1)
+        for slot in range(base + np.uint64(canvas.spans[place, 0]), base + end):
             canvas.last[slot] = -1
-            if canvas.owner[slot] >= 0:
-                scratch.bits.seen[first + (column >> np.uint64(6))] |= bit
-                canvas.inverse[slot], canvas.owner[slot] = 0.0, -1
-        canvas.spans[place, 0], canvas.spans[place, 1] = columns, 0
-    canvas.touched[0], canvas.touched[1] = canvas.spans.shape[0], 0
+    wipe(columns, canvas)
 
 
 @lean_inlined
 def wipe(columns: int, canvas: Canvas) -> None:
     """Leave the canvas empty."""
     for place in range(canvas.touched[0], canvas.touched[1]):
-        base = place * columns
-        for slot in range(base + canvas.spans[place, 0], base + canvas.spans[place, 1]):
-            canvas.inverse[slot], canvas.owner[slot] = 0.0, -1
+        base = np.uint64(place * columns)
+        first, end = base + np.uint64(canvas.spans[place, 0]), base + np.uint64(canvas.spans[place, 1])
+        for slot in range(first, end):
+            canvas.inverse[slot] = 0.0
+        for slot in range(first, end):
+            canvas.owner[slot] = -1
         canvas.spans[place, 0], canvas.spans[place, 1] = columns, 0
     canvas.touched[0], canvas.touched[1] = canvas.spans.shape[0], 0
 
@@ -276,6 +282,9 @@ def _meet_group(
         box = depth_order.box[place]
         one = sweep.ranks[box]
         if one >= 0 and found[ALONE, one] > 0:
+            if not beams.turns:
+                _count_rays(traffic, beams, box, one, scratch, found)
+                continue
             own = _take(traffic, beams, sweep, box, scratch, found, cells[number:])
             found[CELLS, one], at[one] = own, number
             number += own
@@ -306,7 +315,9 @@ def _new_scratch(
     spans[:, 0], spans[:, 1] = columns, 0
     canvas = Canvas(inverse, owner, last, spans, np.empty(columns), np.array([rows, 0]))
     outline, bits = outline_for(new_faces(), beams), new_bits(beams, most)
-    return Scratch(new_depth_order(most), outline, canvas, bits, np.empty((4, rows * columns)), table)
+    return Scratch(
+        new_depth_order(most), outline, canvas, bits, np.empty(columns + 1, np.uint64), new_list(), table
+    )
 
 
 @kernel

@@ -42,7 +42,7 @@ from riglens.core.kernels.voxels.bits import lowest_bit, popcount
 
 RAYS, ALONE, FIRST_ROW, LAST_ROW = 0, 1, 2, 3
 """Rows of results on objects: rays that enter it first, rays that would without occlusion, first and last row of the
-lattice among the former (-1: none)."""
+lattice among the former, of images (-1: none)."""
 
 
 _STRIP, _LOG_STRIP = 16, 4

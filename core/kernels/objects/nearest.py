@@ -17,7 +17,6 @@ from riglens.core.kernels.objects.box_frames import (
     FrameBoxes,
     bounds_of,
     distance_of,
-    glass_draw,
     half_of,
     is_glass,
     is_inside,
@@ -40,6 +39,7 @@ from riglens.core.kernels.objects.windows import (
     window_of_turn,
 )
 from riglens.core.kernels.rays.lattice import Direction
+from riglens.core.kernels.rays.phases import mixed, unit
 from riglens.core.kernels.rays.tiles import (
     AFTER,
     COLUMN,
@@ -89,19 +89,30 @@ def _meet_run(beams: Beams, faces: Faces, row: int, column: int, number: int, ca
     entered, slot, inverse, owner = 0, np.uint64(row * beams.columns + column), canvas.inverse, canvas.owner
     box, part, before = faces.box, faces.part, canvas.last
     for i in range(np.uint64(number)):
-        if run[i] > 0.0:
-            if before[slot + i] != box:
-                before[slot + i] = box
-                entered += 1
-            if run[i] > inverse[slot + i]:
-                if faces.is_clear and glass_draw(beams, faces.key, row, column + int(i)) < beams.glass[0]:
-                    continue
-                inverse[slot + i], owner[slot + i] = run[i], part
+        is_first = (run[i] > 0.0) & (before[slot + i] != box)
+        before[slot + i] = box if is_first else before[slot + i]
+        entered += is_first
+    if faces.is_clear:
+        _pass_glass(beams, faces.key, row, column, number, run)
+    for i in range(np.uint64(number)):
+        is_nearer = run[i] > inverse[slot + i]
+        inverse[slot + i] = run[i] if is_nearer else inverse[slot + i]
+        owner[slot + i] = part if is_nearer else owner[slot + i]
     canvas.spans[row, 0] = min(canvas.spans[row, 0], column)
     canvas.spans[row, 1] = max(canvas.spans[row, 1], column + number)
     canvas.touched[0] = min(canvas.touched[0], row)
     canvas.touched[1] = max(canvas.touched[1], row + 1)
     return entered
+
+
+@lean_inlined
+def _pass_glass(beams: Beams, key: np.uint64, row: int, column: int, number: int, run: np.ndarray) -> None:
+    """Let rays of a run pass through a part that is glass, by the draws of `glass_draw`."""
+    ray, step, passes = beams.row_of[row] * beams.steps[0], beams.steps[1], beams.glass[0]
+    columns, at = beams.column_of, np.uint64(column)
+    for i in range(np.uint64(number)):
+        draw = unit(mixed(mixed(key, np.uint64(ray + columns[at + i] * step)), np.uint64(0)))
+        run[i] = 0.0 if draw < passes else run[i]
 
 
 @lean_inlined

@@ -24,9 +24,10 @@ from riglens.core.kernels.objects.box_frames import (
     start_of,
     turned,
 )
-from riglens.core.kernels.objects.counts import cosine_of, is_returned, overhang_of, spun, wipe
+from riglens.core.kernels.objects.counts import spun, wipe
 from riglens.core.kernels.objects.images import is_stopped
 from riglens.core.kernels.objects.nearest import meet_frame
+from riglens.core.kernels.objects.returns import cosine_of, is_returned, overhang_of
 from riglens.core.kernels.rays.lattice import Direction, rotated, rotated_back
 from riglens.core.kernels.rays.phases import mixed, unit
 from riglens.core.kernels.runtime.jit import kernel, lean, lean_inlined

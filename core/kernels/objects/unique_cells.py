@@ -31,15 +31,6 @@ def cell_key(start: Direction, along: Direction, t: float) -> int:
 
 
 @lean_inlined
-def note_cells(start: Direction, hits: np.ndarray, number: int, cells: np.ndarray) -> None:
-    """As `cell_key` for the first of many rays, hits (4, n): directions, and 1 / t at which they enter an object; in a
-    loop of its own, so that the compiler takes several at once."""
-    xs, ys, zs, inverses = hits[0], hits[1], hits[2], hits[3]
-    for ray in range(np.uint64(number)):
-        cells[ray] = cell_key(start, (xs[ray], ys[ray], zs[ray]), 1.0 / inverses[ray])
-
-
-@lean_inlined
 def is_new(key: int, table: np.ndarray, mask: int) -> bool:
     """Put a key (>= 0) into a hash table, -1 where free, of mask + 1 places; whether it was not there yet."""
     word = np.uint64(key) * np.uint64(0x9E3779B97F4A7C15)

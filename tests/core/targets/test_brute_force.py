@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from riglens.core.geometry import Pose
+from riglens.core.kernels.objects.returns import MOST_RAYS
 from riglens.core.kernels.rays.tiles import OWN_RAYS
 from riglens.core.metric.scores import Body
 from riglens.core.rig.library import default_library, sensor_from_model
@@ -172,6 +173,17 @@ def test_parts_of_near_road_users_under_dense_sensors(seed, law):
     world, rig = random_traffic(rng, 16, 14), rig_of(lidar, camera)
     found = check(world, rig, TargetSettings(range_law=law))
     assert found.objects.all_points.max() > 100 and found.objects.pixels.max() > 400
+
+
+@pytest.mark.parametrize("law", [False, True])
+def test_an_object_met_by_more_rays_than_are_judged_at_once(law):
+    """A car and what hides a part of it, within the range of a LiDAR that gets few returns from its end."""
+    world = traffic(
+        [(0, 0, (4.0, 0.5, 0.8), (4.5, 1.8, 1.5), 0.4), (0, 2, (2.5, 0.2, 0.9), (0.3, 0.5, 1.8), 0.0)]
+    )
+    lidar = spinning((0.0, 0.0, 1.6), (1.0, 2.0, 3.0), 60, 900).replace(range_m=(0.0, 9.0))
+    settings = TargetSettings(shape="class", range_law=law)
+    assert check(world, rig_of(lidar), settings).objects.all_points.max() > 2 * MOST_RAYS
 
 
 @pytest.mark.parametrize("side", [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1)])
