@@ -222,17 +222,21 @@ class Recompute(QObject):
         if self._is_warm:
             return
         from riglens.core.engine.warm_up import HALVES, warm_up
+        from riglens.evaluation.kernel_steps import STEPS
 
-        self.load_preparing.emit()
-        if half is not None and self._others is not None and self._others.is_running:
-            HALVES[half].here(scene.field)
-            self._others.wait_for(half, lambda: self._queue.is_stale(job))
-            self._stop_if_stale(job)
-        last = self._last
-        if last is None or last.rig.vehicle.has_mesh_file:  # a mesh is read with the first answer
-            warm_up(scene.field, self._threads)
+        others, last = self._others, self._last
+        if others is not None and all(others.is_done(step) for step in STEPS):
+            warm_up(scene.field, self._threads)  # all are on disk: the rig is evaluated once
         else:
-            warm_up(scene.field, self._threads, last.rig, last.settings)
+            self.load_preparing.emit()
+            if half is not None and others is not None and others.is_running:
+                HALVES[half].here(scene.field)
+                others.wait_for(half, lambda: self._queue.is_stale(job))
+                self._stop_if_stale(job)
+            if last is None or last.rig.vehicle.has_mesh_file:  # a mesh is read with the first answer
+                warm_up(scene.field, self._threads)
+            else:
+                warm_up(scene.field, self._threads, last.rig, last.settings)
         self._is_warm = True
         self._stop_if_stale(job)
 

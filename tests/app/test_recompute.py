@@ -161,30 +161,38 @@ def test_only_the_first_scene_waits_for_compiled_code(start: StartWorker, tmp_pa
     assert preparing == [True]
 
 
+@pytest.mark.parametrize("are_compiled", [False, True])
 def test_the_open_rig_is_compiled_first_and_all_else_after_its_answer(
-    qapp: object, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    qapp: object, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, are_compiled: bool
 ) -> None:
     done: list[str] = []
 
     class Others(OtherKernels):
+        def is_done(self, step: str) -> bool:
+            return are_compiled
+
         def begin(self) -> None:
             done.append("others")
 
         def begin_beside(self, half: str) -> None:
             done.append(f"{half} beside")
 
-    def warm_up(field: object, threads: object, rig: Rig, settings: object = None) -> None:
-        done.append(f"warm up {len(rig.sensors)}")
+    def warm_up(field: object, threads: object, rig: Rig | None = None, settings: object = None) -> None:
+        done.append("warm up" if rig is None else f"warm up {len(rig.sensors)}")
 
     monkeypatch.setattr("riglens.core.engine.warm_up.warm_up", warm_up)
     recompute = Recompute(threads=1, coarse_above_ms=math.inf, waits=True, others=Others())
+    preparing = list[bool]()
+    recompute.load_preparing.connect(lambda: preparing.append(True), Qt.ConnectionType.DirectConnection)
     wanted = request(1)
     recompute.evaluate(wanted)
     recompute.load(scene_options(tmp_path))
     recompute.begin()
     assert recompute.wait_until_idle()
     recompute.close()
-    assert done == ["fans beside", f"warm up {len(wanted.rig.sensors)}", "others"]
+    # where nothing is left to compile, kernels are loaded without the rig, which its answer evaluates
+    one = "warm up" if are_compiled else f"warm up {len(wanted.rig.sensors)}"
+    assert (done, bool(preparing)) == (["fans beside", one, "others"], not are_compiled)
 
 
 @pytest.mark.parametrize("are_compiled", [False, True])
