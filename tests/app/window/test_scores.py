@@ -222,6 +222,8 @@ def test_the_end_of_a_load_that_nobody_wants_any_more_ends_nothing(
     QApplication.processEvents()
     assert data.is_loading and not bench.window.is_exact
     assert bench.workbench.errors.isHidden()
+    bench.workbench.recompute.cancel_load()
+    bench.qtbot.waitUntil(lambda: not data.is_loading, timeout=TIMEOUT_MS)
 
 
 def test_another_rig_opens_without_figures_of_the_one_before(desk: FullDesk) -> None:
