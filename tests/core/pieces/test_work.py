@@ -2,7 +2,6 @@
 
 import json
 import multiprocessing
-import os
 import signal
 from collections.abc import Callable, Collection
 from concurrent.futures import Future
@@ -229,7 +228,6 @@ def test_a_killed_process_ends_the_work_with_one_line(tmp_path: Path) -> None:
     with pytest.raises(ChildProcessError, match="a worker process ended"), worker_processes(1) as workers:
         for _ in results(pieces(), sweep(tmp_path), workers):
             for process in multiprocessing.active_children():
-                assert process.pid
-                os.kill(process.pid, signal.SIGKILL)
+                process.kill()
     assert count_kept(tmp_path) >= 1
     assert not multiprocessing.active_children()
