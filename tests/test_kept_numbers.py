@@ -45,8 +45,8 @@ DRAWING = re.compile(
     r"<svg xmlns.*?</svg>|<style.*?</style>|<script(?! type).*?</script>|[A-Za-z0-9+/=]{100,}|[0-9a-f]{12,}",
     re.DOTALL,
 )
-"""What others draw and lay out, and pictures and meshes as base64, whose bytes differ between graphics drivers; keys of
-JSON are shorter."""
+"""Parts of a page that are not compared: the output of drawing and layout libraries, and pictures and meshes in base64,
+whose bytes differ between graphics drivers. No key of JSON is as long."""
 SUMS = 16
 
 

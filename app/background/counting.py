@@ -109,8 +109,8 @@ class CountAnswer:
 
 @dataclass(frozen=True)
 class OtherCount(BackgroundRequest):
-    """One more rig to count, in all frames, while no CountRequest waits; answered by its figures of objects, None where
-    they cannot be counted."""
+    """One more rig to count, in all frames, while no CountRequest waits; answered by its figures of objects, or by None
+    if they cannot be counted."""
 
     rig: Rig
     settings: TargetSettings

@@ -22,7 +22,7 @@ HEAVY = (Engine, TargetEngine, Evaluation, Contribution, Counted, ObjectCounts, 
 
 
 def held(bench: Bench) -> tuple[Counter[str], int]:
-    """How many engines and results live at rest, and the bytes of the arrays of these results."""
+    """Return the numbers of engines and results that are alive at rest, and the bytes of the results' arrays."""
     bench.settle()
     features = bench.features
     bench.qtbot.waitUntil(

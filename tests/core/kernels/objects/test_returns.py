@@ -1,4 +1,4 @@
-"""Which rays return from an object, many at once, against one by one by the formula itself."""
+"""Returns of a LiDAR from an object, decided for a list of rays, equal those by the formula, ray by ray."""
 
 import numpy as np
 import pytest
