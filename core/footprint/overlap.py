@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +39,7 @@ class Overlap:
     overlap_deg: float
 
 
+@lru_cache(maxsize=128)
 def bearings(camera: Camera) -> Bearings | None:
     """Return the widest range of bearings whose horizon is in the picture; None if it shows no horizon."""
     rotation = camera.pose.rotation()
@@ -58,14 +60,13 @@ def bearings(camera: Camera) -> Bearings | None:
     edges = np.flatnonzero(np.diff(turned.astype(np.int8)))
     first, last = edges[0::2] + 1, edges[1::2]
     widest = int(np.argmax(last - first))
-    ends = []
-    for edge, outwards in ((first[widest], -1), (last[widest], 1)):
-        inner = degrees[start] + _STEP_DEG * float(edge)
-        outer = inner + outwards * _STEP_DEG
-        for _ in range(_HALVINGS):
-            middle = (inner + outer) / 2.0
-            inner, outer = (middle, outer) if shows(np.array([middle]))[0] else (inner, middle)
-        ends.append(inner)
+    inner = degrees[start] + _STEP_DEG * np.array([first[widest], last[widest]])
+    outer = inner + _STEP_DEG * np.array([-1.0, 1.0])
+    for _ in range(_HALVINGS):
+        middle = (inner + outer) / 2.0
+        is_shown = shows(middle)
+        inner, outer = np.where(is_shown, middle, inner), np.where(is_shown, outer, middle)
+    ends = inner.tolist()
     turns = 360.0 * np.floor((ends[0] + 180.0) / 360.0)
     return Bearings(camera.name, float(ends[0] - turns), float(ends[1] - turns))
 

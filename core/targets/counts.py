@@ -38,8 +38,15 @@ class Returns:
 
     def without(self, failed: Collection[str]) -> Counts:
         """Return the counts of all sensors together but those that failed, or of the best of them for images, (k,)."""
-        left = self.counts[:, _unfailed(self.names, failed)] if failed else self.counts
-        return np.asarray(left.max(axis=1, initial=0) if self.is_image else left.sum(axis=1))
+        return self._together(self.counts[:, _unfailed(self.names, failed)]) if failed else self.all
+
+    @cached_property
+    def all(self) -> Counts:
+        """Counts of all sensors together, or of the best of them for images, (k,)."""
+        return self._together(self.counts)
+
+    def _together(self, counts: Counts) -> Counts:
+        return np.asarray(counts.max(axis=1, initial=0) if self.is_image else counts.sum(axis=1))
 
 
 @dataclass(frozen=True)
@@ -107,7 +114,7 @@ class ObjectCounts:
     @cached_property
     def all_returns(self) -> Counts:
         """Returns of all sensors of further kinds, (k,)."""
-        parts = [found.without(()) for found in self.returns.values()]
+        parts = [found.all for found in self.returns.values()]
         return np.asarray(np.sum([np.zeros(len(self.box), np.int64), *parts], axis=0))
 
     @cached_property

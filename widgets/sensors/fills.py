@@ -4,6 +4,7 @@ no car and no traffic."""
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 import pyvista as pv
@@ -83,6 +84,15 @@ def _once_round(index: Quads) -> Quads:
     return np.concatenate([index[0], index[1:, -1], index[-1, -2::-1], index[-2::-1, 0]])
 
 
+class _Made(NamedTuple):
+    """Surface of a sensor as it was made; holds the sensor, so that no other has its `id`."""
+
+    sensor: Sensor
+    grid: VoxelGrid
+    colour: str
+    mesh: pv.PolyData
+
+
 class FillsLayer:
     """The surfaces of all sensors that are switched on: those of the selected one stronger."""
 
@@ -90,12 +100,18 @@ class FillsLayer:
         self._actors = [hidden(renderer, rgba_actor(pv.PolyData(), "rgba")) for _ in range(2)]
         for actor in self._actors:
             actor.force_translucent = True
+        self._made: dict[bool, list[_Made]] = {False: [], True: []}
 
     def show(self, sensors: Sequence[Sensor], is_selected: bool, grid: VoxelGrid, palette: Palette) -> None:
-        """Fill the field of view of the selected sensor, or those of all others."""
-        colour = selected_ray_colour if is_selected else ray_colour
-        meshes = [
-            fill_mesh(sensor, grid, colour(sensor.kind, palette), _OPACITY[is_selected]) for sensor in sensors
-        ]
-        full = [mesh for mesh in meshes if mesh.n_points]
+        """Fill the field of view of the selected sensor, or those of all others; only those that changed are made."""
+        colour_of = selected_ray_colour if is_selected else ray_colour
+        known = {id(made.sensor): made for made in self._made[is_selected]}
+        shown = []
+        for sensor in sensors:
+            made, colour = known.get(id(sensor)), colour_of(sensor.kind, palette)
+            if made is None or made.grid != grid or made.colour != colour:
+                made = _Made(sensor, grid, colour, fill_mesh(sensor, grid, colour, _OPACITY[is_selected]))
+            shown.append(made)
+        self._made[is_selected] = shown
+        full = [made.mesh for made in shown if made.mesh.n_points]
         show_mesh(self._actors[is_selected], appended(full) if full else None)

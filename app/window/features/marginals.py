@@ -60,6 +60,7 @@ class Marginals(Feature):
         self.counted: CountRequest | None = None
         self.figures: dict[str, Values] = {}
         self._now: Values = {}
+        self._found: dict[str, tuple[tuple[object, ...], Losses]] = {}
         self.measure = usual_measure()
         queued = Qt.ConnectionType.QueuedConnection
         bench.recompute.answered_in_background.connect(self._take, queued)
@@ -198,15 +199,24 @@ class Marginals(Feature):
     def _known_without(self, name: str) -> Values:
         return _known(self.losses.get(name), self.figures.get(name, {}))
 
+    def _losses_without(self, name: str) -> Losses:
+        """Return the losses without a sensor; one answer changes those of one sensor alone."""
+        evaluated = None if self.result is None else self.result.evaluation
+        of = evaluated, self._now, self.losses.get(name), self.figures.get(name)
+        before = self._found.get(name)
+        if before is None or any(old is not new for old, new in zip(before[0], of, strict=True)):
+            kind = self.document.rig.sensor(name).kind
+            before = of, losses_of(self._known_now(), self._known_without(name), kind)
+            self._found[name] = before
+        return before[1]
+
     def _show_all(self) -> None:
         """Show the known results in the list, and those of the selected sensor in the inspector."""
-        now, elsewhere = self._known_now(), self._looking_elsewhere()
-        found: dict[str, Losses] = {}
-        for name in self._names(self.document.working_rig):
-            kind = self.document.rig.sensor(name).kind
-            found[name] = losses_of(now, self._known_without(name), kind)
-            if name in elsewhere:
-                found[name] = dict.fromkeys(found[name], Loss(None, NONE, NO_BOXES_TIP))
+        elsewhere, names = self._looking_elsewhere(), self._names(self.document.working_rig)
+        found = {name: self._losses_without(name) for name in names}
+        self._found = {name: self._found[name] for name in names}
+        for name in elsewhere.intersection(found):
+            found[name] = dict.fromkeys(found[name], Loss(None, NONE, NO_BOXES_TIP))
         rig, measure = self.document.working_rig, self.measure
         if self.result is not None and self.result.scene.options.pog is not None:
             measure = next(one for one in measures().values() if one.needs == "voxels")
