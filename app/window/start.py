@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import sys
 
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QApplication
@@ -31,6 +32,10 @@ minimised draws none."""
 KEPT_RAYS_BYTES = 160 << 20
 """Room for rays: enough to drag one camera of 2.5 megapixels, which takes 120 MB, not two of them."""
 
+SWITCH_S = 2e-4
+"""Longest turn of a thread that runs Python while another waits. Each of hundreds of calls of Qt that make one form
+waits for a turn of each busy worker: with Python's 5 ms a form took 1.7 s beside two of them, so it takes 0.2 s."""
+
 
 def open_window(opened: OpenedRig, scene: SceneOptions, score: ScoreOptions) -> int:
     """Open the window on a rig, run it and return the exit code.
@@ -38,6 +43,7 @@ def open_window(opened: OpenedRig, scene: SceneOptions, score: ScoreOptions) -> 
     Boxes are loaded in the background: the window is there at once,
     and says what is wrong with them.
     """
+    sys.setswitchinterval(SWITCH_S)
     share_memory()
     keep_one_source()
     RAYS.limit_bytes = KEPT_RAYS_BYTES
