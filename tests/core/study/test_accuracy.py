@@ -20,7 +20,15 @@ from riglens.core.study.accuracy import (
     study_accuracy,
     wrong_voxels,
 )
-from riglens.core.study.accuracy_cases import Answer, Case, plain_case, timed, voxel_case, with_lattice
+from riglens.core.study.accuracy_cases import (
+    Answer,
+    Case,
+    has_all_pixels,
+    plain_case,
+    timed,
+    voxel_case,
+    with_lattice,
+)
 from riglens.core.study.simple_methods import VoxelTests
 from tests.core.builders import camera, evaluate, field_of, grid_of, random_field, rig_of, spinning
 from tests.core.study.small_studies import QUICK, small_accuracy_study
@@ -142,6 +150,37 @@ def test_the_range_of_a_sensor_holds_for_the_approximations():
     tests = VoxelTests(FIELD, 1)
     assert distance_m[tests.centres_in_view(rig_of(near)) != 0].max() <= 4.0
     assert distance_m[tests.bounding_rectangles(rig_of(near)) != 0].max() <= 4.0 + np.sqrt(0.75)
+
+
+def test_centres_in_view_of_a_sector_are_those_of_its_azimuths_beams_and_range_beside_other_sensors():
+    """A sector over the seam behind the sensor, which others were marked before, and what two of them see."""
+    wide = spinning((0.3, 0.2, 5.1), (4.0, -6.0, 20.0), beams=5, count=40)
+    sector = wide.replace(azimuths_deg=LinearAngles(from_=120.0, to=250.0, count=40), range_m=(2.0, 9.0))
+    centres = np.stack([FIELD.grid.centres_m(axis)[FIELD.index.ijk()[:, axis]] for axis in range(3)], axis=1)
+    local = (centres - np.array(sector.position)) @ sector.pose.rotation()
+    first_deg, last_deg = sector.turn_ends_deg
+    azimuth_deg = (np.degrees(np.arctan2(local[:, 1], local[:, 0])) - first_deg) % 360.0
+    distance_m = np.linalg.norm(local, axis=1)
+    seen = in_beams(sector, local) & (azimuth_deg <= last_deg - first_deg)
+    seen &= (distance_m >= 2.0) & (distance_m <= 9.0)
+    tests, ahead = VoxelTests(FIELD, 2), camera((0.31, 0.17, 5.23), (3.0, -7.0, 150.0))
+    alone = tests.centres_in_view(rig_of(sector))
+    assert np.array_equal(alone, LIDAR_BIT * seen) and 0 < seen.sum() < in_beams(sector, local).sum() / 2
+    other = wide.replace(name="other", azimuths_deg=LinearAngles(from_=0.0, to=30.0, count=4))
+    for find in (tests.centres_in_view, tests.bounding_rectangles):
+        by_sensor = [find(rig_of(one)) for one in (ahead, other, sector)]
+        assert np.array_equal(find(rig_of(ahead, other, sector)), np.bitwise_or.reduce(by_sensor))
+        assert all(found.any() for found in by_sensor) and (by_sensor[0] & ~by_sensor[2]).any()
+
+
+def test_all_pixels_are_tried_only_where_some_camera_casts_fewer():
+    full = camera((0.0, 0.0, 5.0), cast=(8, 6)).replace(image=(8, 6))
+    fewer = full.replace(name="other", cast=(4, 6))
+    assert [has_all_pixels(rig) for rig in (rig_of(), rig_of(full), rig_of(spinning((0.0, 0.0, 5.0))))] == [
+        True
+    ] * 3
+    assert not has_all_pixels(rig_of(full, fewer))
+    assert has_all_pixels(rig_of(full, fewer.replace(enabled=False))), "it casts nothing"
 
 
 @given(cameras | lidars)
