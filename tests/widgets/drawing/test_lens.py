@@ -55,5 +55,23 @@ def test_a_bent_picture_takes_the_colours_of_its_places_and_black_beyond_the_len
     assert np.abs(image[30, 40, :2] - (places[30, 40] - 0.5)).max() <= 1.0
 
 
+def test_a_bent_pixel_is_mixed_of_the_four_around_its_place_and_the_edge_goes_on() -> None:
+    """Each pixel against the mix written out; of a picture that is neither square nor grey."""
+    rng, (height, width) = np.random.default_rng(5), (7, 9)
+    flat = rng.integers(0, 256, (height, width, 3), np.uint8)
+    made = bend_of(CAMERAS[0], SIZE)
+    assert made is not None
+    places = rng.uniform((-1.0, -1.0), (width + 1.0, height + 1.0), (12, 11, 2))
+    places[0, :3] = [[0.5, 0.5], [width - 0.5, height - 0.5], [3.5, 2.5]]  # the middle of pixels: those alone
+    image = made._replace(places=places).of(flat)
+    for row, column in np.ndindex(12, 11):
+        x, y = np.clip(places[row, column] - 0.5, 0.0, [width - 1.0, height - 1.0])
+        mixed = np.zeros(3)
+        for v, u in np.ndindex(height, width):
+            mixed += max(0.0, 1.0 - abs(x - u)) * max(0.0, 1.0 - abs(y - v)) * flat[v, u].astype(np.float64)
+        assert np.abs(image[row, column] - mixed).max() <= 0.5 + 1e-9
+    assert image[0, :3].tolist() == [flat[0, 0].tolist(), flat[-1, -1].tolist(), flat[2, 3].tolist()]
+
+
 def test_a_lens_too_wide_has_no_flat_picture() -> None:
     assert bend_of(CAMERAS[0].replace(hfov_deg=150.0), SIZE) is None

@@ -5,13 +5,16 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 import pyvista as pv
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from riglens.core.rig.model import Vehicle
 from riglens.core.view.heatmap_data import HeatmapData
+from riglens.widgets.car.parts import drawn_parts
+from riglens.widgets.drawing.surface import join
 from riglens.widgets.heatmap.scale import colours
-from riglens.widgets.viewport.gain_layer import REACH_M, GainLayer
+from riglens.widgets.viewport.gain_layer import REACH_M, SKIN, GainLayer
 from riglens.widgets.viewport.scene_state import SceneState
 
 CAR = Vehicle()
@@ -48,3 +51,21 @@ def test_the_legend_is_about_the_skin_while_it_is_coloured() -> None:
     state = SceneState(heatmap=heat)
     assert state.legend_data is heat
     assert replace(state, skin_gain=DATA).legend_data is DATA
+
+
+def test_the_colours_lie_just_off_the_skin_and_are_lit_as_it_is() -> None:
+    layer = GainLayer(vtkRenderer())
+    layer.show(CAR, DATA)
+    skin = join([mesh for name, mesh in drawn_parts(CAR).items() if name in SKIN])
+    points, normals = np.asarray(skin.points), np.asarray(skin.point_data["Normals"])
+    shown, away = np.asarray(layer.mesh.points), np.asarray(layer.mesh.point_data["Normals"])
+    assert np.linalg.norm(away, axis=1) == pytest.approx(1.0, abs=1e-3)
+    for point, normal in zip(shown, away, strict=True):
+        on_skin = np.abs(points - (point - 0.003 * normal)).max(axis=1)
+        same = on_skin < 1e-5
+        assert same.any() and np.abs(normals[same] - normal).max(axis=1).min() < 1e-5
+    assert (shown[:, 2] > CAR.height).any(), "outside, not below the roof"
+    corners = shown[layer.mesh.regular_faces]
+    facing = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    turned = (facing * away[layer.mesh.regular_faces[:, 0]]).sum(axis=1)
+    assert (turned > -1e-6).all(), "faces look to where their normals point"
