@@ -165,6 +165,15 @@ def test_a_sweep_is_that_of_the_command_line(place: Place) -> None:
     assert mine.read_bytes() == out.read_bytes()
     assert json.loads(json.dumps(found.to_dict())) == document
     assert found.table().num_rows == len(found.rows()) == 4 and "<table>" in found._repr_html_()
+    assert f"4 rigs, {found.table().num_columns} columns" in repr(found)
+
+
+def test_data_show_what_they_hold(place: Place) -> None:
+    assert "boxes.csv: 3 frames, 4 objects" in repr(place.traffic)
+    one = place.traffic.part(range(1))
+    assert f": 1 frames, {int(one.counts.sum())} objects" in repr(one)
+    nx, ny, nz = place.scene.grid.shape
+    assert f"boxes.csv: 3 frames, {nx} × {ny} × {nz} voxels of 0.5 m" in repr(place.scene)
 
 
 def test_a_sweep_reads_its_data_again(place: Place, tmp_path: Path) -> None:
@@ -196,7 +205,9 @@ def test_a_command_says_the_same_by_both(place: Place, command: str) -> None:
             rig.pop("elapsed_ms", None)
     assert found == expected
     assert result.table().num_rows == len(result.rows()) > 0
-    assert "<table>" in result._repr_html_() and result.rig if hasattr(result, "rig") else True
+    assert "<table>" in result._repr_html_()
+    shown = repr(result)
+    assert shown[0] == "<" and shown[-1] == ">" and type(result).__name__ in shown and place.rig.name in shown
 
 
 def test_data_and_models_are_those_of_the_command_line(place: Place) -> None:

@@ -1,16 +1,19 @@
 """Words and dots at places of the scene: what they say, and that none lies over another or over a sensor."""
 
 from dataclasses import replace
-from itertools import combinations
+from itertools import combinations, product
 
 import numpy as np
 import pytest
+from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from riglens.core.rig.model import Camera, Lidar, Rig
 from riglens.core.view.heatmap_data import HeatmapData
 from riglens.widgets.sensors.ray_look import RayLook
+from riglens.widgets.theme import LIGHT
 from riglens.widgets.viewport.drawn_scene import DrawnScene
 from riglens.widgets.viewport.scene_state import Caption, SceneState
+from riglens.widgets.viewport.words_layer import EchoLayer, text_size_px
 
 CAMERA = Camera(name="front", position=(0.3, 0.0, 1.5), image=(1600, 900), hfov_deg=65.0)
 BACK = CAMERA.replace(name="back", position=(-1.0, 0.0, 1.5), rpy_deg=(0.0, 0.0, 180.0))
@@ -65,3 +68,24 @@ def test_the_legend_stands_on_the_table_of_a_picture_that_reaches_below_it(plott
         boxes = scene._words.boxes()
         assert len(boxes) == 5
         assert not any(one.meets(other) for one, other in combinations(boxes, 2))
+
+
+@pytest.mark.parametrize("ratio", [1.0, 2.0])
+@pytest.mark.parametrize("text", ["x 1.20 m", "x 1.20 m\ny -3.40 m\nz 5.60 m"])
+def test_an_echo_stands_right_of_and_above_the_mouse_and_stays_in_the_view(ratio, text):
+    renderer, size = vtkRenderer(), (900, 700)
+    echo = EchoLayer(renderer)
+    wide, high = text_size_px(text, ratio)
+    lines = text.split("\n")
+    assert high / len(lines) == pytest.approx(26.0 * ratio, rel=0.3), "13 px, and space between lines"
+    assert wide > 7.0 * ratio * max(map(len, lines))
+    for across, down in product(range(0, 901, 90), range(0, 701, 70)):
+        echo.show(text, (across, down), size, ratio, LIGHT)
+        left, low = across + 20.0 * ratio, size[1] - down + 26.0 * ratio
+        assert (echo.box.left, echo.box.low) == (min(left, size[0] - wide), min(low, size[1] - high))
+        (actor,) = renderer.GetViewProps()
+        assert actor.GetVisibility() and actor.GetPosition()[:2] == (echo.box.left, echo.box.low)
+    echo.show(text, (5.0, 60.0), (40, 30), ratio, LIGHT)
+    assert (echo.box.left, echo.box.low) == (0.0, 0.0), "a view that is too small shows the beginning"
+    echo.show("", (5.0, 5.0), size, ratio, LIGHT)
+    assert echo.box is None and not actor.GetVisibility()
