@@ -29,8 +29,9 @@ LONGEST_WAIT_MS = 3000
 """Longest wait for the first picture, which loading boxes and compiled code would slow down; a window that opens
 minimised draws none."""
 
-KEPT_RAYS_BYTES = 160 << 20
-"""Room for rays: enough to drag one camera of 2.5 megapixels, which takes 120 MB, not two of them."""
+KEPT_RAYS_BYTES = 240 << 20
+"""Room for rays: enough for scores and objects of cameras with one lens of 2.5 megapixels, which take 195 MB, and of
+small sensors beside them; not of two such lenses."""
 
 SWITCH_S = 2e-4
 """Longest turn of a thread that runs Python while another waits. Each of hundreds of calls of Qt that make one form
@@ -69,7 +70,7 @@ def open_window(opened: OpenedRig, scene: SceneOptions, score: ScoreOptions) -> 
     freed = FreedMemory(lambda: document.is_dragging, window)
     window.bench.answers.answered.connect(freed.note)
     freed.resting.connect(window.bench.rest)
-    for kept_answers in (RAYS, SHADOWS):  # 160 and 64 MB, of no use to another rig
+    for kept_answers in (RAYS, SHADOWS):  # 240 and 64 MB, of no use to another rig
         freed.resting.connect(kept_answers.release_unused)
         document.opened.connect(kept_answers.forget)
     grace = Grace()
