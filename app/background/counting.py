@@ -35,7 +35,7 @@ if TYPE_CHECKING:  # made by the thread, which loads the compiler
 NO_BOXES = "A stored POG holds no objects: load the box data set to count hits on them."
 BUDGET_MS = 16.0
 """Approximate time of a sample counted while the mouse moves."""
-FEWEST_FRAMES, FIRST_FRAMES, GROWTH = 16, 32, 4
+FEWEST_FRAMES, FIRST_FRAMES, GROWTH = 16, 32, 16
 """Frames of the smallest and of the first sample; the growth of samples at rest until all frames are used."""
 
 
