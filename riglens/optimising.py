@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from riglens.arguments import StrPath
+from riglens.core.optimise import run
 from riglens.core.optimise.additions import (
     LEVELS_DEG,
     SPACING_M,
@@ -18,7 +19,6 @@ from riglens.core.optimise.additions import (
 )
 from riglens.core.optimise.problem import Problem
 from riglens.core.optimise.results import OptimiseResult
-from riglens.core.optimise.run import finished
 from riglens.core.optimise.weights import Weights
 from riglens.core.review.mounts import MountLimits
 from riglens.core.rig.model import Rig
@@ -119,4 +119,6 @@ def optimise(
         moves_of(radius_m, exchange or {}, turns), Weights(by_class, rings),
         None if scene is None else scene.field, checks=checks or {},
     )  # fmt: skip
-    return finished(problem, threads, progress)
+    if progress is None:
+        return run.optimise(problem, threads)
+    return run.optimise(problem, threads, lambda step: progress(step.of_all))

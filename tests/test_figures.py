@@ -37,9 +37,9 @@ from riglens.core.figures.values import (
 from riglens.core.geometry import Pose
 from riglens.core.metric.scores import PAPER_SETTINGS, MetricSettings
 from riglens.core.optimise.additions import Additions
-from riglens.core.optimise.candidates import candidates, mounted
+from riglens.core.optimise.candidates import choices_of, mounted
 from riglens.core.optimise.problem import Problem
-from riglens.core.optimise.run import finished
+from riglens.core.optimise.run import optimise
 from riglens.core.optimise.weights import Weights
 from riglens.core.review.checking import Check, Subject
 from riglens.core.review.measures import Measures
@@ -228,7 +228,7 @@ def test_a_search_improves_it_without_a_bound(traffic: Traffic, evaluator: Evalu
     options = SearchOptions(("generic-16",), objective="made_up", frames=5, held_out=6)
     cars_alone = Weights({"bicycle": 0.0, "pedestrian": 0.0})
     problem = replace(options.problem(RIG, traffic, added), weights=cars_alone)
-    found = finished(problem, 1)
+    found = optimise(problem, 1)
     assert found.bound is None and found.to_dict()["bound"] == {"value": None, "kind": "none", "gap": None}
     assert (
         found.bound is None
@@ -240,7 +240,7 @@ def test_a_search_improves_it_without_a_bound(traffic: Traffic, evaluator: Evalu
         return TWENTY.of(evaluator(rig, ("objects",), 5, settings=settings), "car").value
 
     settings = EvaluationSettings(targets=problem.settings)
-    tried = [mounted(RIG, [one]) for one in candidates(RIG, added)]
+    tried = [mounted(RIG, [one]) for one in choices_of(RIG, added).candidates]
     assert found.before == pytest.approx(cars(RIG)) and found.best.value == pytest.approx(
         cars(found.best.rig)
     )
@@ -250,7 +250,7 @@ def test_a_search_improves_it_without_a_bound(traffic: Traffic, evaluator: Evalu
 
 def test_a_search_lowers_what_is_better_when_it_is_less(traffic: Traffic) -> None:
     added = Additions(("generic-16",), mirrored=False, spots_m=1.5, tilts_deg=(0.0,))
-    found = finished(Problem(RIG, traffic, added, "missed", frames=5, held_out=6), 1)
+    found = optimise(Problem(RIG, traffic, added, "missed", frames=5, held_out=6), 1)
     assert found.best.value < found.before and found.gain >= 0.0
 
 

@@ -464,7 +464,7 @@ MAY_NAME_KINDS = {
     "core/figures/hits.py": "hit coverage is of LiDARs, 25 px of cameras",
     "core/figures/predicted.py": "predicted AP is of LiDARs and of cameras",
     "core/optimise/chances.py": "pictures show a share of objects",
-    "core/optimise/object_makers.py": "points and cells are of LiDARs, heights in pictures of cameras",
+    "core/optimise/makers.py": "points and cells are of LiDARs, heights in pictures of cameras",
     "core/optimise/objectives.py": "S-MS is of LiDARs here",
     "core/rig/plausible.py": "cameras lie on their side, LiDARs may be sonars",
     "core/sensors": "declares them",

@@ -11,11 +11,11 @@ import queue
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Generator
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
-from typing import TYPE_CHECKING, Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, Literal
 
 import psutil
 from PySide6.QtCore import QObject, Signal
@@ -36,7 +36,6 @@ if TYPE_CHECKING:  # loads the compiler
     from riglens.core.optimise.skin import SkinGains
     from riglens.core.targets.traffic import Traffic
 
-Found = TypeVar("Found")
 WORK = "riglens.app.background.proposing:main"
 NICE = 10
 """Niceness of the process, so that edits in the window take precedence."""
@@ -239,9 +238,9 @@ class Server:
             self._tell(SearchProgress(request.number, elapsed_s, *parts))
 
         if request.work == "skin":
-            self._show_skin(request, _finished(skin_gains(problem, None, self._is_stale), tell))
+            self._show_skin(request, skin_gains(problem, None, tell, self._is_stale))
             return None
-        return _finished(optimise(problem, None, self._is_stale), tell)
+        return optimise(problem, None, tell, self._is_stale)
 
     def _problem(self, request: ProposalRequest) -> Problem:
         from riglens.core.optimise.additions import Move
@@ -309,13 +308,3 @@ class _Pickler(pickle.Pickler):
         from riglens.core.targets.traffic import Traffic
 
         return "kept" if isinstance(obj, Traffic | SkinGains | BodyMesh) else None
-
-
-def _finished(steps: Generator[Progress, None, Found], tell: Callable[[Progress], None]) -> Found:
-    """Run steps to their end, and tell each."""
-    while True:
-        try:
-            tell(next(steps))
-        except StopIteration as end:
-            found: Found = end.value
-            return found

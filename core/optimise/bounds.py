@@ -5,20 +5,20 @@ Both count steps, never seconds, so that the same problem gives the same bound o
 
 from __future__ import annotations
 
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Literal, TypeVar
+from functools import partial
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from riglens.core.kernels.optimise import gains as kernel
-from riglens.core.optimise.search import ROUNDING, Limits
+from riglens.core.optimise.search import ROUNDING, Limits, unwatched
 from riglens.core.optimise.tables import CoverTable, SetFunction
 
 Doubles = NDArray[np.float64]
 Ids = NDArray[np.int64]
-T = TypeVar("T")
 CUTS, MOST_GAINS = 24, 100_000
 _AT_ONCE, _STEPS = 16, 256
 _SLACK = 1e-9
@@ -33,8 +33,8 @@ class Bound:
     kind: Literal["cuts", "proven"]
 
 
-Now = tuple[str, list[int] | None, int | None]
-"""A step of a search: its stage, the best set so far, and the bound so far."""
+Step = Callable[[str, list[int] | None, int | None], None]
+"""Called with each step of a search: its stage, the best set so far, and the bound so far."""
 Cap = tuple[CoverTable, Limits]
 """A table, and limits of sets of its candidates, the best of which is worth no less than any allowed set."""
 
@@ -45,40 +45,28 @@ def bounded(
     limits: Limits,
     chosen: list[int],
     caps: Sequence[Cap],
-    is_submodular: bool,
-) -> Generator[Now, None, tuple[list[int], Bound | None]]:
+    step: Step = unwatched,
+) -> tuple[list[int], Bound | None]:
     """Try to prove a set, the best found, where the figure is submodular; bound it by cuts of functions above it where
     that takes too many steps. Return the best set and its bound, or None if nothing bounds it.
 
     figure: what is bounded; goal: the same after what comes before it, which counts whole units.
     """
     bounds = list[int]()
-    if is_submodular:
+    if figure.is_submodular:
         first = goal.value(chosen) - figure.value(chosen)  # what comes before the figure is all there
-        proof = branch_and_bound(goal, limits, chosen)
-        (chosen, proven), least = yield from _falling("proving", chosen, proof, first)
-        if proven:
+
+        def proving(bound: int) -> None:
+            bounds[:] = [min([bound - first, *bounds])]
+            step("proving", chosen, bounds[0])
+
+        chosen, is_proven = branch_and_bound(goal, limits, chosen, report=proving)
+        if is_proven:
             return chosen, Bound(figure.value(chosen), "proven")
-        bounds += [] if least is None else [least]
     for table, its_limits in caps:
-        cuts = fractional_bound(table, its_limits, chosen)
-        bounds.append((yield from _falling("bounding", chosen, cuts))[0])
+        report = partial(step, "bounding", chosen)
+        bounds.append(fractional_bound(table, its_limits, chosen, report=report))
     return chosen, Bound(min(bounds), "cuts") if bounds else None
-
-
-def _falling(
-    stage: str, chosen: list[int], steps: Generator[int, None, T], first: int = 0
-) -> Generator[Now, None, tuple[T, int | None]]:
-    """Run steps that yield bounds, and yield the least so far, without what comes first; return that, too."""
-    least: int | None = None
-    while True:
-        try:
-            bound = next(steps) - first
-        except StopIteration as end:
-            found: T = end.value
-            return found, least
-        least = bound if least is None else min(least, bound)
-        yield stage, chosen, least
 
 
 def most_that_fit(limits: Limits) -> int:
@@ -88,9 +76,13 @@ def most_that_fit(limits: Limits) -> int:
 
 
 def fractional_bound(
-    table: CoverTable, limits: Limits, incumbent: Sequence[int], cuts: int = CUTS
-) -> Generator[int, None, int]:
-    """Bound the value of every allowed set from above; yield the bound so far after each cut.
+    table: CoverTable,
+    limits: Limits,
+    incumbent: Sequence[int],
+    cuts: int = CUTS,
+    report: Callable[[int], None] = unwatched,
+) -> int:
+    """Bound the value of every allowed set from above; report the bound so far after each cut.
 
     A candidate may be taken in part: a cell is covered by the sum of the shares that hit it, at most 1, and an object's
     worth is taken linearly between whole cells. That function of the shares is concave and equals the table's value
@@ -143,7 +135,7 @@ def fractional_bound(
         if bound <= best_height:
             break
         point = (best_point + np.clip(found.x[:-1], 0.0, 1.0)) / 2.0
-        yield int(np.ceil(bound))
+        report(int(np.ceil(bound)))
     start = _certified(np.array(offsets), np.array(slopes), np.eye(len(slopes))[0], 0.0, limits, most)
     return int(np.floor(min(bound, start) * (1.0 + _SLACK))) + 1
 
@@ -182,23 +174,30 @@ def _certified(
 
 
 def branch_and_bound(
-    f: SetFunction, limits: Limits, incumbent: list[int], most_gains: int = MOST_GAINS
-) -> Generator[int, None, tuple[list[int], bool]]:
+    f: SetFunction,
+    limits: Limits,
+    incumbent: list[int],
+    most_gains: int = MOST_GAINS,
+    report: Callable[[int], None] = unwatched,
+) -> tuple[list[int], bool]:
     """Search for a better set until there is none or the budget of gains is spent; return the best set, and whether it
     is proven.
 
     Gains never grow with the set, so gains of a smaller set bound what candidates can add: a branch whose value with
     its largest gains does not exceed the best is cut. Where a table gives the gains of all pairs, those next to each
-    member bound them, too. Yield the bound so far every few hundred gains.
+    member bound them, too. Report the bound so far every few hundred gains.
     """
-    search = _Branches(f, limits, sorted(incumbent), most_gains)
+    search = _Branches(f, limits, sorted(incumbent), most_gains, report)
     ids = np.flatnonzero(limits.open_to([]))
-    yield from search.explore([], f.value([]), ids, search.gains([], ids), most_that_fit(limits))
+    search.explore([], f.value([]), ids, search.gains([], ids), most_that_fit(limits))
     return search.best, search.left >= 0
 
 
 class _Branches:
-    def __init__(self, f: SetFunction, limits: Limits, best: list[int], most_gains: int) -> None:
+    def __init__(
+        self, f: SetFunction, limits: Limits, best: list[int], most_gains: int, report: Callable[[int], None]
+    ) -> None:
+        self._report = report
         self._f, self._limits, self.best, self._value = f, limits, best, f.value(best)
         self.left, self.bound, self._steps = most_gains, 0, 0
         self._losses = f.losses() if isinstance(f, CoverTable) and limits.count > 1 else None
@@ -244,9 +243,7 @@ class _Branches:
             return np.asarray(found.max(axis=1))
         return np.asarray(np.sort(found, axis=1)[:, -room:].sum(axis=1))
 
-    def explore(
-        self, chosen: list[int], value: int, ids: Ids, stale: Ids, room: int
-    ) -> Generator[int, None, None]:
+    def explore(self, chosen: list[int], value: int, ids: Ids, stale: Ids, room: int) -> None:
         """Search the sets made of a set and up to `room` of some candidates, whose gains are at most `stale`."""
         order = np.lexsort((ids, -stale))
         ids, stale = ids[order], stale[order]
@@ -277,7 +274,7 @@ class _Branches:
             self._steps += 1
             if self._steps >= _STEPS or (not chosen and place == 0):
                 self._steps = 0
-                yield self.bound
+                self._report(self.bound)
             if self._losses is not None:
                 if place % _AT_ONCE == 0:
                     after = self._most_after(ids, gains, place, room - 1)
@@ -289,4 +286,4 @@ class _Branches:
                 left = gains[rest]
                 if self._losses is not None:
                     left = np.minimum(left, self._next_to([one], ids[rest]))
-                yield from self.explore(larger, value + int(gains[place]), ids[rest], left, room - 1)
+                self.explore(larger, value + int(gains[place]), ids[rest], left, room - 1)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache, partial
 
 import numpy as np
@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from riglens.core.blind.outline import Outline
 from riglens.core.errors import Cancelled, InputError, IsStale, never_stale
 from riglens.core.optimise.additions import Additions, Move
-from riglens.core.optimise.placing import STAYS, Candidate, Wish, is_near, wishes
+from riglens.core.optimise.placing import STAYS, Candidate, Wish, wishes
 from riglens.core.optimise.search import Limits
-from riglens.core.optimise.spots import Spot, box_spots, skin_spots, suits, windscreen_spots
+from riglens.core.optimise.spots import Spot, spots_of
 from riglens.core.review.mounts import (
     SIDES,
     MountLimits,
@@ -42,45 +42,83 @@ def rules_for(rig: Rig, rules: MountLimits) -> MountLimits:
     return rules.model_copy(update={"keep_out": usual_keep_out(rig.vehicle)})
 
 
-def locked(rig: Rig, moves: Sequence[Move]) -> Rig:
-    """Return the rig without the sensors that move."""
-    gone = {sensor.name for move in moves for sensor in move.sensors_of(rig)}
-    return rig.model_copy(update={"sensors": tuple(s for s in rig.sensors if s.name not in gone)})
+@dataclass(frozen=True)
+class Choices:
+    """Candidates of a search, the limits of sets of them, the rig, the rig without the sensors that move, and how many
+    sensors each slot needs, (slots,)."""
+
+    candidates: tuple[Candidate, ...]
+    limits: Limits
+    rig: Rig
+    rest: Rig
+    least: NDArray[np.int64]
+
+    @property
+    def stays(self) -> list[int]:
+        """Numbers of the sensors that stay as they are."""
+        return [number for number, one in enumerate(self.candidates) if one.is_as_now]
+
+    def rig_with(self, chosen: Sequence[int], name: str = "proposal") -> Rig:
+        """Return the rig with some candidates added, and those of its own sensors in their place."""
+        found = mounted(self.rig, [self.candidates[one] for one in chosen])
+        return found.replace(name=f"{found.name[:150]}, {name}")
 
 
-def candidates(
+def choices_of(
     rig: Rig,
     additions: Additions,
     seed: int = 0,
     is_stale: IsStale = never_stale,
     moves: Sequence[Move] = (),
-) -> tuple[Candidate, ...]:
-    """Return every pose on the skin that keeps the rules, with each model and tilt, within the budget.
+) -> Choices:
+    """Return every pose on the skin that keeps the rules, with each model and tilt, and the limits of allowed sets:
+    `additions.count` added ones, one of each move, and of each listed model from its least to its largest number of
+    sensors, within the budget.
 
     A sensor that may move may also stay as it is. Raise InputError where there is nothing to choose from, and Cancelled
     as soon as `is_stale` returns True.
     """
-    rules, outline = rules_for(rig, additions.rules), Outline.of(rig.vehicle)
+    rules = rules_for(rig, additions.rules)
+    gone = {sensor.name for move in moves for sensor in move.sensors_of(rig)}
+    rest = rig.model_copy(update={"sensors": tuple(s for s in rig.sensors if s.name not in gone)})
+    listed = _candidates(rig, rest, rules, additions, seed, is_stale, moves)
+    most = [high for _, high in additions.counts.values()]
+    room = np.array([additions.shared, *(1 for _ in moves), *most], np.int64)
+    size = np.array([len(one.sensors) if one.slot > len(moves) else 1 for one in listed], np.int64)
+    limits = Limits(
+        int(room.sum()),
+        np.array([one.cost for one in listed]),
+        additions.budget,
+        conflicts(listed, rest, rules),
+        np.array([one.slot for one in listed], np.int64),
+        room,
+        size,
+    )
+    least = [0, *(1 for _ in moves), *(low for low, _ in additions.counts.values())]
+    for (model, (low, _)), slot in zip(
+        additions.counts.items(), range(1 + len(moves), len(room)), strict=True
+    ):
+        there = int(size[limits.slot == slot].sum())
+        if there < low:
+            raise InputError(f"{model} has mounts for {there} sensors only (got {low})", "add")
+    return Choices(listed, limits, rig, rest, np.array(least, np.int64))
+
+
+def _candidates(
+    rig: Rig,
+    rest: Rig,
+    rules: MountLimits,
+    additions: Additions,
+    seed: int,
+    is_stale: IsStale,
+    moves: Sequence[Move],
+) -> tuple[Candidate, ...]:
+    """Return every pose that keeps the rules, next to the rest of a rig, whose sensors stay."""
     asked = wishes(rig, additions, moves)
-    solid = solid_of(rig.vehicle)
-    if additions.box_m is not None:
-        spots = box_spots(additions.box_m, additions.spots_m, solid)
-        left = len(spots)
-    else:
-        spots = [
-            *skin_spots(rig.vehicle, additions.spots_m, seed),
-            *windscreen_spots(rig.vehicle, additions.spots_m, seed),
-        ]
-        left = len(spots)
-        flip = np.array([1.0, -1.0, 1.0])
-        spots += [
-            replace(spot, point_m=spot.point_m * flip, normal=spot.normal * flip)
-            for spot in spots
-            if spot.point_m[1] > 0.05
-        ]
-        if any(wish.central for wish in asked):
-            spots += _in_the_middle(spots[:left], additions.spots_m, skin_of(solid))
-    rest = locked(rig, moves)
+    outline, solid = Outline.of(rig.vehicle), solid_of(rig.vehicle)
+    spots, left = spots_of(
+        rig.vehicle, solid, additions.box_m, additions.spots_m, seed, any(wish.central for wish in asked)
+    )
     taken = np.array([s.position for s in rest.sensors if s.enabled]).reshape(-1, 3)
     found: list[Candidate] = []
     skin, sizes = skin_of(solid), (rules.length_m, rules.width_m, rules.total_height_m)
@@ -100,7 +138,7 @@ def candidates(
             raise Cancelled
         near = cache(partial(_beside, skin, spot))
         for wish in asked:
-            if is_near(wish, spot, number < left) and suits(wish.sensors[0], spot, rig.vehicle):
+            if wish.fits(spot, number < left, rig.vehicle):
                 keep(wish, spot, number, wish.tilts_deg, near)
     for slot, move in enumerate(moves, 1):
         own = move.sensors_of(rig)
@@ -118,72 +156,12 @@ def candidates(
     return tuple(found)
 
 
-@dataclass(frozen=True)
-class Choices:
-    """Candidates of a search, the limits of sets of them, the rig without the sensors that move, and how many sensors
-    each slot needs, (slots,)."""
-
-    candidates: tuple[Candidate, ...]
-    limits: Limits
-    rest: Rig
-    least: NDArray[np.int64]
-
-    @property
-    def stays(self) -> list[int]:
-        """Numbers of the sensors that stay as they are."""
-        return [number for number, one in enumerate(self.candidates) if one.is_as_now]
-
-
-def choices_of(
-    rig: Rig,
-    additions: Additions,
-    seed: int = 0,
-    is_stale: IsStale = never_stale,
-    moves: Sequence[Move] = (),
-) -> Choices:
-    """Return the candidates and the limits of allowed sets: `additions.count` added ones, one of each move, and of each
-    listed model from its least to its largest number of sensors."""
-    listed, rest = candidates(rig, additions, seed, is_stale, moves), locked(rig, moves)
-    most = [high for _, high in additions.counts.values()]
-    room = np.array([additions.shared, *(1 for _ in moves), *most], np.int64)
-    size = np.array([len(one.sensors) if one.slot > len(moves) else 1 for one in listed], np.int64)
-    limits = Limits(
-        int(room.sum()),
-        np.array([one.cost for one in listed]),
-        additions.budget,
-        conflicts(listed, rest, rules_for(rig, additions.rules)),
-        np.array([one.slot for one in listed], np.int64),
-        room,
-        size,
-    )
-    least = [0, *(1 for _ in moves), *(low for low, _ in additions.counts.values())]
-    for (model, (low, _)), slot in zip(
-        additions.counts.items(), range(1 + len(moves), len(room)), strict=True
-    ):
-        there = int(size[limits.slot == slot].sum())
-        if there < low:
-            raise InputError(f"{model} has mounts for {there} sensors only (got {low})", "add")
-    return Choices(listed, limits, rest, np.array(least, np.int64))
-
-
 def mounted(rig: Rig, picked: Sequence[Candidate]) -> Rig:
     """Return a rig with candidates: sensors of its own in their place, others after them."""
     own, every = {sensor.name for sensor in rig.sensors}, [sensor for one in picked for sensor in one.sensors]
     moved = {sensor.name: sensor for sensor in every if sensor.name in own}
     added = [sensor for sensor in every if sensor.name not in own]
     return rig.replace(sensors=(*(moved.get(sensor.name, sensor) for sensor in rig.sensors), *added))
-
-
-def _in_the_middle(spots: Sequence[Spot], spacing_m: float, skin: Skin) -> list[Spot]:
-    """Return the spots next to the middle plane moved onto it."""
-    found = list[Spot]()
-    for spot in spots:
-        if 0.0 < spot.point_m[1] <= spacing_m / 2.0:
-            x, _, z = skin.nearest(spot.point_m * [1.0, 0.0, 1.0]).tolist()
-            normal = spot.normal * [1.0, 0.0, 1.0]
-            normal /= np.linalg.norm(normal)
-            found.append(replace(spot, point_m=np.array([x, 0.0, z]), normal=normal, is_middle=True))
-    return found
 
 
 def _beside(skin: Skin, spot: Spot, side: float) -> Skin:

@@ -15,15 +15,17 @@ from riglens.core.optimise.additions import Additions, Move
 from riglens.core.optimise.spots import Spot
 from riglens.core.rig.edits import mirrored_pose
 from riglens.core.rig.library import default_library
-from riglens.core.rig.model import Rig, Sensor
+from riglens.core.rig.model import Rig, Sensor, Vehicle
 from riglens.core.sensors.registry import kind_of
 from riglens.core.vehicle.housings import housing_corners_m
 
 Doubles = NDArray[np.float64]
 _FLAT = 0.1
 _FULL_TURN_DEG = 300.0
-
-
+BUMPERS = 0.12
+"""Share of a car's length that its bumpers and their corners take at either end: our choice."""
+UPRIGHT = 0.6
+"""Most that the normal of an upright surface points up or down."""
 STAYS = -1
 """Number of the spot where a moved sensor is already."""
 
@@ -86,6 +88,25 @@ class Wish:
         images = (one.with_pose(mirrored_pose(sensor.pose)) for one in others)
         return Candidate((sensor, *images), self.cost, number, tilt_deg, self.slot, spot)
 
+    def fits(self, spot: Spot, is_left: bool, vehicle: Vehicle) -> bool:
+        """Return whether a spot is where the sensors may go: a pair is mounted by its left sensor, some kinds in
+        bumpers alone, behind the windscreen what sees through glass, others anywhere on the skin."""
+        if self.central != spot.is_middle or (len(self.sensors) > 1 and not is_left):
+            return False
+        if self.near is not None:
+            place, radius_m = self.near
+            if ((spot.point_m - place) ** 2).sum() > radius_m**2:
+                return False
+        kind = kind_of(self.sensors[0])
+        if spot.behind_glass:
+            return kind.occlusion.sees_through_glass
+        heights_m = kind.placement.in_bumpers_m
+        if spot.is_free or heights_m is None:
+            return True
+        is_end = abs(float(spot.point_m[0])) >= (0.5 - BUMPERS) * vehicle.length
+        is_upright = abs(float(spot.normal[2])) <= UPRIGHT
+        return is_end and is_upright and heights_m[0] <= float(spot.point_m[2]) <= heights_m[1]
+
 
 def wishes(rig: Rig, additions: Additions, moves: Sequence[Move]) -> list[Wish]:
     """Return what may be mounted, of the models that the budget buys."""
@@ -131,18 +152,6 @@ def wishes(rig: Rig, additions: Additions, moves: Sequence[Move]) -> list[Wish]:
             if cost <= additions.budget:
                 found.append(Wish(slot, tuple(new), cost, move.tilts_deg, near=near))
     return found
-
-
-def is_near(wish: Wish, spot: Spot, is_left: bool) -> bool:
-    """Return whether a spot is where sensors may go; a pair is mounted by its left sensor."""
-    if wish.central != spot.is_middle:
-        return False
-    if len(wish.sensors) > 1 and not is_left:
-        return False
-    if wish.near is None:
-        return True
-    place, radius_m = wish.near
-    return bool(((spot.point_m - place) ** 2).sum() <= radius_m**2)
 
 
 def _placed(spot: Spot, plain: Sensor, tilt_deg: float, is_new: bool, yaw_deg: float = 0.0) -> Sensor:

@@ -24,6 +24,8 @@ from riglens.core.rig.yaml.file import new_rig_file
 from riglens.core.shown_text import spreadsheet_cell
 
 TABLE = "proposals.csv"
+CASTING = "casting"
+_CASTING_SHARE = 0.7
 
 
 @dataclass(frozen=True)
@@ -212,6 +214,11 @@ class Progress:
     bound: float | None = None
     skin: SkinGains | None = None
     result: OptimiseResult | None = None
+
+    @property
+    def of_all(self) -> float:
+        """Share of the whole search that is done; most of it is casting."""
+        return _CASTING_SHARE * (self.share if self.stage == CASTING else 1.0)
 
 
 def check_folder(folder: str | os.PathLike[str]) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -85,8 +85,14 @@ def greedy(f: SetFunction, limits: Limits, start: Sequence[int] = (), per_cost: 
     return chosen
 
 
-def swap(f: SetFunction, limits: Limits, chosen: list[int]) -> Generator[None, None, list[int]]:
-    """Exchange one candidate for another, the best exchange first, until none helps; yield after each sweep."""
+def unwatched(*_: object) -> None:
+    """Report no progress."""
+
+
+def swap(
+    f: SetFunction, limits: Limits, chosen: list[int], step: Callable[[], None] = unwatched
+) -> list[int]:
+    """Exchange one candidate for another, the best exchange first, until none helps; call `step` after each sweep."""
     while True:
         value, best = f.value(chosen), (0, chosen)
         for place in range(len(chosen)):
@@ -97,13 +103,15 @@ def swap(f: SetFunction, limits: Limits, chosen: list[int]) -> Generator[None, N
             more = f.value(others) + int(gains[at]) - value
             if more > best[0]:
                 best = more, [*others, int(ids[at])]
-            yield
+            step()
         if best[0] <= 0:
             return chosen
         chosen = greedy(f, limits, best[1])  # a cheaper one may leave room in a budget
 
 
-def search(f: SetFunction, limits: Limits, stays: Sequence[int] = ()) -> Generator[None, None, list[int]]:
+def search(
+    f: SetFunction, limits: Limits, stays: Sequence[int] = (), step: Callable[[], None] = unwatched
+) -> list[int]:
     """Return the best of the greedy sets after exchanges, sorted; `stays`: what one of them starts with."""
     starts = [greedy(f, limits)]
     if np.isfinite(limits.budget) and len(np.unique(limits.costs)) > 1:
@@ -112,7 +120,7 @@ def search(f: SetFunction, limits: Limits, stays: Sequence[int] = ()) -> Generat
         starts.append(greedy(f, limits, stays))
     best: list[int] = []
     for start in starts:
-        found = yield from swap(f, limits, start)
+        found = swap(f, limits, start, step)
         if not best or f.value(found) > f.value(best):
             best = found
     return sorted(best)
@@ -123,6 +131,7 @@ class AtLeast:
 
     def __init__(self, first: SetFunction, second: SetFunction, level: int) -> None:
         self._first, self._second, self._level, self.size = first, second, level, first.size
+        self.is_submodular = first.is_submodular and second.is_submodular
 
     def value(self, chosen: Sequence[int]) -> int:
         """Return the value of a set."""
@@ -142,17 +151,18 @@ def front(
     chosen: list[int],
     points: int,
     stays: Sequence[int] = (),
-) -> Generator[None, None, list[list[int]]]:
+    step: Callable[[], None] = unwatched,
+) -> list[list[int]]:
     """Return sets of which none is better than another in both goals, besides one chosen by the first goal alone.
 
     Epsilon constraint: the first goal at levels of the second one, up to the most that is found of that alone.
     """
-    most = yield from search(second, limits, stays)
+    most = search(second, limits, stays, step)
     base, low, high = (second.value(one) for one in ([], chosen, most))
     found = []
     for more in np.unique(np.linspace(low + 1 - base, high - base, points).round().astype(np.int64)).tolist():
         level = base + more
-        found.append((yield from search(AtLeast(first, second, level), limits, stays)))
+        found.append(search(AtLeast(first, second, level), limits, stays, step))
     found.sort(key=lambda one: (-first.value(one), -second.value(one)))
     kept, best = list[list[int]](), low
     for one in found:

@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.rig.model import Sensor, Vehicle
-from riglens.core.sensors.registry import kind_of
+from riglens.core.rig.model import Vehicle
 from riglens.core.vehicle.solid import MATERIALS, Solid, solid_of
-from riglens.core.vehicle.standing import mount_status
+from riglens.core.vehicle.standing import mount_status, skin_of
 
 if TYPE_CHECKING:
     from riglens.core.kernels.body.solid import Tree
@@ -21,12 +20,10 @@ if TYPE_CHECKING:
 Doubles = NDArray[np.float64]
 SKIN = ("paint", "panel", "trim")
 """Materials that carry sensors; the bodies of mesh files are of paint."""
-BUMPERS = 0.12
-"""Share of a car's length that its bumpers and their corners take at either end: our choice."""
 WINDSCREEN_TOP, WINDSCREEN_MIDDLE = 0.5, 0.2
 """Part of the windscreen behind which cameras stand: share of its height from the top, and of the car's width to either
 side of the middle. Our choice of "above the rear view mirror" (Tesla, "Model 3 Owner's Manual")."""
-_FORWARD, _UPRIGHT = 0.2, 0.6
+_FORWARD = 0.2
 _SAMPLES_A_M2 = 4000.0
 _MOST_SAMPLES = 400_000
 _UNDERSIDE = -0.35
@@ -46,17 +43,32 @@ class Spot:
     behind_glass: bool = False
 
 
-def suits(sensor: Sensor, spot: Spot, vehicle: Vehicle) -> bool:
-    """Return whether a kind of sensor is mounted at such places of a car: some in bumpers alone, behind the windscreen
-    what sees through glass, others anywhere on the skin."""
-    if spot.behind_glass:
-        return kind_of(sensor).occlusion.sees_through_glass
-    heights_m = kind_of(sensor).placement.in_bumpers_m
-    if spot.is_free or heights_m is None:
-        return True
-    is_end = abs(float(spot.point_m[0])) >= (0.5 - BUMPERS) * vehicle.length
-    is_upright = abs(float(spot.normal[2])) <= _UPRIGHT
-    return is_end and is_upright and heights_m[0] <= float(spot.point_m[2]) <= heights_m[1]
+def spots_of(
+    vehicle: Vehicle,
+    solid: Solid,
+    box_m: Sequence[tuple[float, float]] | None,
+    spacing_m: float,
+    seed: int,
+    with_middle: bool,
+) -> tuple[list[Spot], int]:
+    """Return the spots of a search and how many of them are for the left sensors of pairs: those in a box, or on the
+    skin and behind the windscreen, with their images and, if requested, those near the middle plane moved onto it."""
+    if box_m is not None:
+        spots = box_spots(box_m, spacing_m, solid)
+        return spots, len(spots)
+    half = [*skin_spots(vehicle, spacing_m, seed), *windscreen_spots(vehicle, spacing_m, seed)]
+    flip = np.array([1.0, -1.0, 1.0])
+    spots = [
+        *half,
+        *(replace(s, point_m=s.point_m * flip, normal=s.normal * flip) for s in half if s.point_m[1] > 0.05),
+    ]
+    for spot in half if with_middle else ():
+        if 0.0 < spot.point_m[1] <= spacing_m / 2.0:
+            x, _, z = skin_of(solid).nearest(spot.point_m * [1.0, 0.0, 1.0]).tolist()
+            normal = spot.normal * [1.0, 0.0, 1.0]
+            normal /= np.linalg.norm(normal)
+            spots.append(replace(spot, point_m=np.array([x, 0.0, z]), normal=normal, is_middle=True))
+    return spots, len(half)
 
 
 def windscreen_spots(vehicle: Vehicle, spacing_m: float, seed: int = 0) -> list[Spot]:

@@ -41,6 +41,10 @@ class SetFunction(Protocol):
     def size(self) -> int:
         """Number of candidates."""
 
+    @property
+    def is_submodular(self) -> bool:
+        """Return whether gains never grow with the set, but for rounding far below the printed digits."""
+
     def gains(self, chosen: Sequence[int], ids: Ids) -> Ids:
         """Return what each of some candidates adds to a set."""
 
@@ -50,10 +54,6 @@ class SetFunction(Protocol):
 
 class Table(SetFunction, Protocol):
     """A function that is worked out from what candidates cover."""
-
-    @property
-    def is_submodular(self) -> bool:
-        """Return whether gains never grow with the set, but for rounding far below the printed digits."""
 
     def above(self) -> CoverTable | None:
         """Return a function of covered cells with the least worth above this one that rises by ever less; None where
@@ -208,6 +208,8 @@ class WorstFailure:
     table: of candidates, then of each of their sensors by itself, then of the rig's own; alone: places of a
     candidate's sensors; own: those of the rig's.
     """
+
+    is_submodular = False
 
     def __init__(self, table: CoverTable, alone: Sequence[Sequence[int]], own: Sequence[int]) -> None:
         self._table, self._alone, self._own, self.size = table, alone, list(own), len(alone)

@@ -10,7 +10,7 @@ from riglens.core.errors import InputError
 from riglens.core.monitor import Monitor
 from riglens.core.optimise.objectives import objective_named
 from riglens.core.optimise.results import OptimiseResult
-from riglens.core.optimise.run import finished
+from riglens.core.optimise.run import optimise
 from riglens.core.review.mounts import SIDES, MountLimits, Overhang
 from riglens.core.rig.model import Rig
 from riglens.core.targets.traffic import Traffic
@@ -54,7 +54,7 @@ def optimised(
         subject = scene_for(scene, [rig], score, asked, monitor)
         problem = replace(problem, unmet=lambda one: unmet_by(one, score, subject, asked))
     with monitor.stage("Casting, choosing, checking") as progress:
-        return finished(problem, score.threads, progress)
+        return optimise(problem, score.threads, lambda step: progress(step.of_all))
 
 
 def _stricter(rules: MountLimits, asked: MountLimits) -> MountLimits:

@@ -35,7 +35,7 @@ from riglens.core.figures.text import value_text
 from riglens.core.geometry import Pose
 from riglens.core.optimise.additions import Move
 from riglens.core.optimise.problem import Problem
-from riglens.core.optimise.run import finished
+from riglens.core.optimise.run import optimise
 from riglens.core.rig.yaml.file import load_rig
 from riglens.evaluation.options import SceneOptions
 from riglens.evaluation.search_options import SearchOptions
@@ -407,7 +407,7 @@ def test_one_sensor_is_improved_and_offered(desk: FullDesk, town: Path) -> None:
     desk.act("improve")
     assert (sent[0].work, sent[0].sensor) == ("improve", "roof")
     problem = Problem(before, rl.load_traffic(town), frames=4, moves=(Move("roof", 0.5),))
-    better = finished(problem, 1)
+    better = optimise(problem, 1)
     assert better.best.value > better.before
     propose.proposer.answered.emit(SearchEnd(sent[0].number, better))
     desk.qtbot.waitUntil(lambda: propose.result is not None, timeout=TIMEOUT_MS)

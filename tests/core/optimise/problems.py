@@ -1,35 +1,31 @@
-"""Random set functions and limits, and generators run to their end."""
-
-from collections.abc import Callable, Generator
-from typing import TypeVar
+"""Random set functions and limits, and proposals without most cases of the guard."""
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
-from riglens.core.optimise.object_makers import hit_shares, worth_of
+from riglens.core.errors import Cancelled
+from riglens.core.optimise.makers import hit_shares, worth_of
 from riglens.core.optimise.problem import Problem
-from riglens.core.optimise.results import OptimiseResult
+from riglens.core.optimise.results import OptimiseResult, Progress
 from riglens.core.optimise.run import optimise
 from riglens.core.optimise.search import Limits
 from riglens.core.optimise.tables import CoverTable
 from riglens.core.optimise.weights import EVEN
 
-T = TypeVar("T")
-Y = TypeVar("Y")
-
-
-def done(steps: Generator[Y, None, T], see: Callable[[Y], object] = lambda _: None) -> T:
-    """What a generator returns at its end; `see` gets what it yields."""
-    while True:
-        try:
-            see(next(steps))
-        except StopIteration as end:
-            return end.value  # type: ignore[no-any-return]
-
 
 def proposed(problem: Problem) -> OptimiseResult:
     """The result of one thread once its gain is checked in held-out frames, without the cases after them."""
-    return next(one.result for one in optimise(problem, 1) if one.result is not None)
+    found = list[OptimiseResult]()
+
+    def enough(step: Progress) -> None:
+        if step.result is not None:
+            found.append(step.result)
+            raise Cancelled
+
+    with pytest.raises(Cancelled):
+        optimise(problem, 1, enough)
+    return found[0]
 
 
 def hit_worth(cls: NDArray[np.uint8]) -> NDArray[np.int64]:

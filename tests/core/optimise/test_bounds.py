@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from riglens.core.optimise.bounds import branch_and_bound, fractional_bound
 from riglens.core.optimise.search import AtLeast, Limits, front, greedy, search, swap
 from riglens.core.optimise.tables import UNIT, CoverTable
-from tests.core.optimise.problems import done, hit_worth, random_columns, random_limits, random_table
+from tests.core.optimise.problems import hit_worth, random_columns, random_limits, random_table
 
 
 def best_of_all(table: CoverTable, limits: Limits) -> int:
@@ -28,11 +28,11 @@ def against_brute_force(seed: int, size: int, count: int) -> None:
     """Check search, both bounds, and that limits are kept, on one random problem."""
     rng = np.random.default_rng(seed)
     table, limits = random_table(rng, size), random_limits(rng, size, count)
-    best, found = best_of_all(table, limits), done(search(table, limits))
+    best, found = best_of_all(table, limits), search(table, limits)
     assert limits.allow(found)
     assert table.value(found) <= best
-    assert done(fractional_bound(table, limits, found, cuts=8)) >= best
-    proven, is_proven = done(branch_and_bound(table, limits, found))
+    assert fractional_bound(table, limits, found, cuts=8) >= best
+    proven, is_proven = branch_and_bound(table, limits, found)
     assert is_proven
     assert limits.allow(proven)
     assert table.value(proven) == best
@@ -66,8 +66,8 @@ def test_bounds_of_a_figure_that_is_not_submodular_hold(seed: int, size: int, co
     assert (np.diff(above.cover.worth, n=2, axis=1) <= 0).all()
     assert (above.cover.worth >= worth).all()
     best = best_of_all(jumps, limits)
-    assert done(fractional_bound(above, limits, [], cuts=6)) >= best
-    chosen = done(branch_and_bound(above, limits, []))[0]
+    assert fractional_bound(above, limits, [], cuts=6) >= best
+    chosen = branch_and_bound(above, limits, [])[0]
     assert above.value(chosen) >= best
 
 
@@ -75,7 +75,7 @@ def test_branch_and_bound_says_when_it_gives_up() -> None:
     rng = np.random.default_rng(1)
     table = random_table(rng, 16)
     limits = Limits(4, np.ones(16), np.inf, np.eye(16, dtype=np.bool_))
-    found, is_proven = done(branch_and_bound(table, limits, [0], most_gains=16))
+    found, is_proven = branch_and_bound(table, limits, [0], most_gains=16)
     assert not is_proven
     assert table.value(found) >= table.value([0])
 
@@ -103,8 +103,8 @@ def test_gains_do_not_depend_on_the_number_of_workers() -> None:
     assert (gains == two.gains([3, 5], np.arange(40))).all()
     assert (gains[:9] == one.gains([3, 5], np.arange(9))).all(), "few, by one thread"
     limits = Limits(4, np.ones(40), np.inf, np.eye(40, dtype=np.bool_))
-    assert done(search(one, limits)) == done(search(two, limits))
-    assert done(fractional_bound(one, limits, [1])) == done(fractional_bound(two, limits, [1]))
+    assert search(one, limits) == search(two, limits)
+    assert fractional_bound(one, limits, [1]) == fractional_bound(two, limits, [1])
 
 
 def test_ties_go_to_the_lower_number() -> None:
@@ -123,7 +123,7 @@ def test_an_exchange_leaves_the_trap_of_greedy_choice() -> None:
     start = greedy(table, limits)
     assert start == [0, 1]
     assert table.value(start) == 5
-    assert sorted(done(swap(table, limits, start))) == [1, 2]
+    assert sorted(swap(table, limits, start)) == [1, 2]
 
 
 def test_a_search_begins_at_what_is_there_as_well() -> None:
@@ -132,8 +132,8 @@ def test_a_search_begins_at_what_is_there_as_well() -> None:
     cells, worth = [np.array(c, np.int32) for c in covered], np.arange(11, dtype=np.int64)[None]
     table = CoverTable(cells, np.zeros(10, np.int32), np.zeros(1, np.int32), np.zeros(1, np.uint8), worth, 1)
     limits = Limits(2, np.ones(4), np.inf, np.eye(4, dtype=np.bool_))
-    assert done(search(table, limits)) == [0, 1]
-    assert done(search(table, limits, (2, 3))) == [2, 3]
+    assert search(table, limits) == [0, 1]
+    assert search(table, limits, (2, 3)) == [2, 3]
 
 
 def test_a_second_goal_comes_first_until_its_level() -> None:
@@ -144,7 +144,7 @@ def test_a_second_goal_comes_first_until_its_level() -> None:
     strict = AtLeast(first, second, most)
     found = max(combinations(range(12), 2), key=strict.value)
     assert second.value(found) == most
-    assert done(search(AtLeast(first, second, 0), limits)) == done(search(first, limits))
+    assert search(AtLeast(first, second, 0), limits) == search(first, limits)
 
 
 def test_a_budget_does_not_buy_half_a_candidate() -> None:
@@ -153,7 +153,7 @@ def test_a_budget_does_not_buy_half_a_candidate() -> None:
     costs = np.array([1.0, 1.0, 1.0, 9.0, 9.0, 9.0, 9.0, 9.0])
     limits = Limits(2, costs, 2.0, np.eye(8, dtype=np.bool_))
     cheap = Limits(2, np.ones(3), 2.0, np.eye(3, dtype=np.bool_))
-    bound = done(fractional_bound(table, limits, [0]))
+    bound = fractional_bound(table, limits, [0])
     assert bound >= best_of_all(table, limits)
     assert bound <= table.value([0, 1, 2])
     assert limits.open_to([]).tolist() == [True] * 3 + [False] * 5
@@ -165,8 +165,8 @@ def test_no_set_beats_a_point_of_the_front_of_single_candidates(seed: int) -> No
     rng = np.random.default_rng(seed)
     first, second = random_table(rng, 14), random_columns(rng, 14)
     limits = Limits(1, np.ones(14), np.inf, np.eye(14, dtype=np.bool_))
-    chosen = done(search(first, limits))
-    found = [chosen, *done(front(first, second, limits, chosen, 6))]
+    chosen = search(first, limits)
+    found = [chosen, *front(first, second, limits, chosen, 6)]
     points = [(first.value(one), second.value(one)) for one in found]
     assert points == sorted(points, key=lambda point: (-point[0], point[1]))
     for one in range(14):

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from riglens.core.optimise.additions import Additions, counts_of
+from riglens.core.optimise.candidates import choices_of
 from riglens.core.optimise.problem import Problem
-from riglens.core.optimise.run import optimise
-from riglens.core.optimise.space import choices_for
 from riglens.core.optimise.weights import Weights
 from riglens.core.review.mounts import MountLimits
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.traffic import Traffic
+from tests.core.optimise.problems import proposed
 from tests.core.targets.cases import random_traffic
 
 NEAR_M = 40.0
@@ -23,10 +23,10 @@ def best_pose(traffic: Traffic, frames: int, additions: Additions) -> int:
     """Compare a proposal for pedestrians within 40 m with brute force by the engine; the number of poses."""
     near = Weights({"pedestrian": 1.0, "car": 0.0, "bicycle": 0.0}, {(NEAR_M, 1000.0): 0.0})
     problem = Problem(Rig(), traffic, additions, "seen_by_cameras", frames, 8, weights=near)
-    result = next(one.result for one in optimise(problem, 1) if one.result is not None)
+    result = proposed(problem)
     (added,) = result.best.added
     engine, values = TargetEngine(traffic, 1), dict[str, float]()
-    for one in choices_for(problem, lambda: False).candidates:
+    for one in choices_of(problem.rig, problem.additions, problem.seed, moves=problem.moves).candidates:
         rig = problem.rig.replace(sensors=one.sensors)
         objects = engine.evaluate(rig, problem.settings, frames).objects
         of_class = traffic.cls[objects.box] == CLASSES.index("pedestrian")

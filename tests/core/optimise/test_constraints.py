@@ -15,7 +15,7 @@ from riglens.core.review.mounts import MountLimits, Overhang, violations
 from riglens.core.rig.edits import mirrored_pose, with_mirror_image
 from riglens.core.rig.library import default_library
 from riglens.core.rig.model import PARAMETRIC_BODIES, Rig, Vehicle
-from tests.core.optimise.problems import done, random_table
+from tests.core.optimise.problems import random_table
 
 MODELS = ("generic-16", "velodyne-vlp-16")
 
@@ -75,7 +75,7 @@ def keep_locks_and_rules(seed: int) -> None:
     limits, stays = choices.limits, choices.stays
     table = filled(random_table(rng, len(listed)), choices)
     assert limits.allow(stays)
-    chosen = done(search(table, limits, stays))
+    chosen = search(table, limits, stays)
     found = mounted(rig, [listed[one] for one in chosen])
     assert {sensor.name for sensor in rig.sensors} <= {sensor.name for sensor in found.sensors}
     for sensor in choices.rest.sensors:

@@ -11,14 +11,14 @@ from riglens.core.optimise.additions import Additions
 from riglens.core.optimise.bounds import bounded
 from riglens.core.optimise.fused import FusedTable, Hits
 from riglens.core.optimise.guard import ObjectSampler
-from riglens.core.optimise.object_makers import FusedMaker, maker_of
+from riglens.core.optimise.makers import FusedMaker, maker_of
 from riglens.core.optimise.objectives import objective_named, objectives
 from riglens.core.optimise.problem import Problem
 from riglens.core.optimise.search import greedy, search
 from riglens.core.optimise.tables import UNIT
 from riglens.core.optimise.weights import Weights
 from riglens.core.rig.model import Rig
-from tests.core.optimise.problems import done, random_limits
+from tests.core.optimise.problems import random_limits
 from tests.core.targets.cases import random_traffic, rig_of_every_kind
 
 CHANCES = [key for key, goal in objectives().items() if goal.tables == "chances"]
@@ -41,7 +41,7 @@ def test_a_table_is_worth_what_the_engine_says(name: str, seed: int) -> None:
     problem = Problem(
         rig, random_traffic(rng, 30), Additions((model,)), name, frames=6, weights=weights, held_out=8
     )
-    maker, goal = maker_of(problem, 1), problem.goal
+    maker, goal = maker_of(problem, (), ObjectSampler(problem.traffic, 1), 1), problem.goal
     assert isinstance(maker, FusedMaker)
     sensors = goal.sensors_of(rig)
     base, rest = sensors[:1], sensors[1:]
@@ -61,7 +61,7 @@ def test_a_table_is_worth_what_the_engine_says(name: str, seed: int) -> None:
         value = sampler(alone, problem.settings, (0, 6)).value
         assert maker.shown(table.value(chosen)) == pytest.approx(value, abs=1e-9)
     joined = maker.joined([maker.cells_of([one]) for one in sensors])
-    assert maker.value(joined) == table.value(chosen)
+    assert maker.table(joined, []).value([]) == table.value(chosen)
     free = maker.table(maker.joined([]), [maker.cells_of([one]) for one in rest])
     assert (maker.gains_next_to(free, maker.cells_of(base)) == table.gains([], np.arange(len(rest)))).all()
 
@@ -108,9 +108,9 @@ def against_brute_force(seed: int, size: int, count: int) -> None:
     ]
     for chosen in sets[:: max(1, len(sets) // 40)]:
         assert above.value(chosen) >= table.value(chosen)
-    best, start = max(map(table.value, sets)), done(search(table, limits))
+    best, start = max(map(table.value, sets)), search(table, limits)
     assert table.value(greedy(table, limits)) <= table.value(start) <= best
-    found, bound = done(bounded(table, table, limits, start, [(above, limits)], table.is_submodular))
+    found, bound = bounded(table, table, limits, start, [(above, limits)])
     assert bound is not None and limits.allow(found)
     assert table.is_submodular == (bound.kind == "proven")
     assert bound.value >= best - ROUNDING

@@ -7,19 +7,18 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from riglens.core.errors import InputError, never_stale
+from riglens.core.errors import InputError
 from riglens.core.optimise.additions import Additions, counts_of
-from riglens.core.optimise.candidates import candidates, choices_of, mounted
+from riglens.core.optimise.candidates import choices_of, mounted
 from riglens.core.optimise.problem import Problem
-from riglens.core.optimise.solving import solved
-from riglens.core.optimise.space import cast, choices_for
+from riglens.core.optimise.run import solved
+from riglens.core.optimise.space import cast
 from riglens.core.optimise.tables import UNIT
 from riglens.core.review.mounts import MountLimits, violations
 from riglens.core.rig.edits import mirrored_pose
 from riglens.core.rig.model import PARAMETRIC_BODIES, Lidar, LinearAngles, Rig, Vehicle
 from riglens.core.vehicle.solid import solid_of
 from riglens.core.vehicle.standing import status_of
-from tests.core.optimise.problems import done
 from tests.core.targets.cases import random_traffic
 
 ANYWHERE = MountLimits(height_m=(0.4, 100.0), spacing_m=0.25, keep_out=())
@@ -47,7 +46,7 @@ def test_no_set_of_mixed_kinds_beats_what_is_proven_or_the_bound(
 ) -> None:
     traffic, rig = random_traffic(np.random.default_rng(seed), 30), Rig(sensors=(OWN,))
     problem = Problem(rig, traffic, listed(LIST, budget=budget), objective, 6, 8, seed)
-    every = choices_for(problem, never_stale)
+    every = choices_of(problem.rig, problem.additions, problem.seed, moves=problem.moves)
     kinds = {sensor.kind for one in every.candidates for sensor in one.sensors}
     assert kinds == {"camera", "lidar", "radar"}
     rng = np.random.default_rng(seed)
@@ -61,8 +60,8 @@ def test_no_set_of_mixed_kinds_beats_what_is_proven_or_the_bound(
     assert len(some) <= 14
     listed_ones = tuple(every.candidates[n] for n in some)
     choices = replace(every, candidates=listed_ones, limits=every.limits.among(some))
-    few = done(cast(problem, choices, 1, never_stale))
-    solution, limits = done(solved(few)), few.choices.limits
+    few = cast(problem, choices, 1)
+    ((found, *_), bound, _), limits = solved(few), few.choices.limits
     sets = [
         list(chosen)
         for count in range(6)
@@ -70,15 +69,14 @@ def test_no_set_of_mixed_kinds_beats_what_is_proven_or_the_bound(
         if limits.allow(chosen)
     ]
     best = max(sets, key=few.goal.value)
-    found, bound = solution.sets[0], solution.bound
     assert bound is not None and limits.allow(found)
     assert few.goal.value(found) <= few.goal.value(best)
     whole = few.goal.value(best) - few.figure.value(best)
     assert bound.value >= few.goal.value(best) - whole - 1e-8 * UNIT
-    assert (bound.kind == "proven") == few.is_submodular
+    assert (bound.kind == "proven") == few.figure.is_submodular
     if bound.kind == "proven":
         assert few.goal.value(found) >= few.goal.value(best) - 1e-8 * UNIT
-    proposed = few.rig_with(found)
+    proposed = few.choices.rig_with(found)
     models = Counter(sensor.model for sensor in proposed.sensors)
     assert models["generic-corner-radar"] == 2 and models["generic-16"] in (0, 2)
     assert models["nuscenes-front"] + models["nuscenes-back"] <= 1
@@ -94,7 +92,7 @@ def test_each_kind_is_mounted_where_it_belongs(body: str) -> None:
     car = Vehicle(body=body, length=4.7, width=1.9, height=height)  # type: ignore[arg-type]
     rig = Rig(vehicle=car)
     for model in ("generic-corner-radar", "generic-ultrasonic"):
-        found = candidates(rig, Additions((model,), spots_m=0.3, tilts_deg=(0.0,)))
+        found = choices_of(rig, Additions((model,), spots_m=0.3, tilts_deg=(0.0,))).candidates
         places = np.array([one.places_m[0] for one in found])
         assert (np.abs(places[:, 0]) > 0.35 * car.length).all()
         assert (places[:, 2] < 0.8).all()
@@ -104,20 +102,20 @@ def test_each_kind_is_mounted_where_it_belongs(body: str) -> None:
     one_camera = Additions(
         ("nuscenes-front",), spots_m=0.3, tilts_deg=(0.0,), counts={"nuscenes-front": (0, 1)}
     )
-    cameras = candidates(rig, one_camera)
+    cameras = choices_of(rig, one_camera).candidates
     behind = [one for one in cameras if status_of(one.sensors[0], solid).behind_glass]
     assert behind, "behind the windscreen"
     for one in behind:
         assert violations(mounted(rig, [one]), MountLimits()) == ()
         assert abs(one.sensors[0].rpy_deg[2]) < 20.0
-    lidars = candidates(rig, Additions(("generic-16",), spots_m=0.3, tilts_deg=(0.0,)))
+    lidars = choices_of(rig, Additions(("generic-16",), spots_m=0.3, tilts_deg=(0.0,))).candidates
     assert not any(status_of(one.sensors[0], solid).behind_glass for one in lidars)
 
 
 def test_cameras_may_hang_from_mirrors_and_lidars_may_not() -> None:
     half_m = Vehicle().width / 2.0
     for model, may in (("nuscenes-front", True), ("generic-16", False)):
-        found = candidates(Rig(), Additions((model,), spots_m=0.18, tilts_deg=(0.0,)))
+        found = choices_of(Rig(), Additions((model,), spots_m=0.18, tilts_deg=(0.0,))).candidates
         on_mirrors = [one for one in found if one.on is not None and abs(one.on.point_m[1]) > half_m]
         assert bool(on_mirrors) == may
 

@@ -6,7 +6,7 @@ import pytest
 from riglens.core.errors import InputError
 from riglens.core.geometry import Pose
 from riglens.core.optimise.additions import Additions, Move
-from riglens.core.optimise.candidates import candidates, conflicts, rules_for
+from riglens.core.optimise.candidates import choices_of, conflicts, rules_for
 from riglens.core.optimise.spots import skin_spots
 from riglens.core.review.mounts import KeepOut, MountLimits, Overhang, violations
 from riglens.core.rig.edits import mirrored_pose
@@ -53,7 +53,7 @@ def test_candidates_break_no_rule(seed: int) -> None:
         width_m=car.width + 0.2,
     )
     additions = Additions((MODEL,), 2, mirrored=bool(seed % 2), rules=rules, spots_m=0.45)
-    found = candidates(rig, additions, seed=seed)
+    found = choices_of(rig, additions, seed=seed).candidates
     apart = conflicts(found, rig, rules_for(rig, rules))
     names = [sensor.name for one in found for sensor in one.sensors]
     assert len(set(names)) == len(names)
@@ -66,7 +66,7 @@ def test_candidates_break_no_rule(seed: int) -> None:
 
 
 def test_a_pair_is_mirrored_and_named_as_one() -> None:
-    found = candidates(Rig(), Additions((MODEL,), spots_m=0.6))
+    found = choices_of(Rig(), Additions((MODEL,), spots_m=0.6)).candidates
     for one in found:
         left, right = one.sensors
         assert right.pose == mirrored_pose(left.pose)
@@ -75,12 +75,15 @@ def test_a_pair_is_mirrored_and_named_as_one() -> None:
 
 
 def test_a_sensor_without_a_partner_may_stand_on_either_side() -> None:
-    sides = {np.sign(one.places_m[0, 1]) for one in candidates(Rig(), Additions((MODEL,), mirrored=False))}
+    sides = {
+        np.sign(one.places_m[0, 1])
+        for one in choices_of(Rig(), Additions((MODEL,), mirrored=False)).candidates
+    }
     assert {1.0, -1.0} <= sides
 
 
 def test_a_sensor_leans_outwards() -> None:
-    found = candidates(Rig(), Additions((MODEL,), spots_m=0.6, tilts_deg=(0.0, 15.0)))
+    found = choices_of(Rig(), Additions((MODEL,), spots_m=0.6, tilts_deg=(0.0, 15.0))).candidates
     for one in found:
         up = one.sensors[0].pose.rotation()[:, 2]
         assert np.degrees(np.arccos(min(1.0, float(up[2])))) == pytest.approx(one.tilt_deg, abs=0.01)
@@ -89,29 +92,32 @@ def test_a_sensor_leans_outwards() -> None:
 
 
 def test_a_lidar_of_a_sector_looks_away_from_the_car() -> None:
-    found = candidates(Rig(), Additions(("hesai-at128",), spots_m=0.6, tilts_deg=(0.0,)))
+    found = choices_of(Rig(), Additions(("hesai-at128",), spots_m=0.6, tilts_deg=(0.0,))).candidates
     rear = [one.sensors[0] for one in found if one.places_m[0, 0] < -2.25]
     assert rear
     assert all(sensor.pose.rotation()[0, 0] < -0.5 for sensor in rear)
 
 
 def test_painted_zones_and_named_ones_keep_candidates_out() -> None:
-    free = candidates(Rig(), Additions((MODEL,), spots_m=0.5))
+    free = choices_of(Rig(), Additions((MODEL,), spots_m=0.5)).candidates
     x, y, z = free[0].places_m[0].tolist()
-    painted = candidates(Rig(keep_out=((x, y, z, 0.5),)), Additions((MODEL,), spots_m=0.5))
+    painted = choices_of(Rig(keep_out=((x, y, z, 0.5),)), Additions((MODEL,), spots_m=0.5)).candidates
     assert 0 < len(painted) < len(free)
     nowhere = MountLimits(
         keep_out=(KeepOut(name="paint", material="paint"), KeepOut(name="trim", material="trim"))
     )
     with pytest.raises(InputError, match="no mount"):
-        candidates(Rig(), Additions((MODEL,), spots_m=0.5, rules=nowhere))
+        choices_of(Rig(), Additions((MODEL,), spots_m=0.5, rules=nowhere))
 
 
 def test_a_zone_on_either_side_keeps_a_pair_out() -> None:
     asked = Additions((MODEL,), spots_m=0.5)
-    pair = next(one for one in candidates(Rig(), asked) if len(one.places_m) == 2)
+    pair = next(one for one in choices_of(Rig(), asked).candidates if len(one.places_m) == 2)
     left, right = (
-        {tuple(one.places_m[0]) for one in candidates(Rig(keep_out=((*place.tolist(), 0.5),)), asked)}
+        {
+            tuple(one.places_m[0])
+            for one in choices_of(Rig(keep_out=((*place.tolist(), 0.5),)), asked).candidates
+        }
         for place in pair.places_m
     )
     assert left == right and tuple(pair.places_m[0]) not in left
@@ -120,19 +126,21 @@ def test_a_zone_on_either_side_keeps_a_pair_out() -> None:
 def test_a_box_holds_places_in_the_air_outside_of_the_car() -> None:
     box = ((-0.4, 0.4), (-0.4, 0.4), (1.2, 2.0))
     asked = Additions((MODEL,), mirrored=False, spots_m=0.4, tilts_deg=(0.0,), box_m=box)
-    found = candidates(Rig(), asked)
+    found = choices_of(Rig(), asked).candidates
     places = np.array([one.places_m[0] for one in found])
     assert (places >= [low for low, _ in box]).all() and (places <= [high for _, high in box]).all()
     assert {round(float(z), 3) for z in places[:, 2]} == {1.6, 2.0}
     assert len({tuple(place) for place in places.tolist()}) == len(found) == 3 * 3 * 2
-    pairs = candidates(Rig(), Additions((MODEL,), spots_m=0.4, tilts_deg=(0.0,), box_m=box))
+    pairs = choices_of(Rig(), Additions((MODEL,), spots_m=0.4, tilts_deg=(0.0,), box_m=box)).candidates
     assert len(pairs) == 3 * 2
     assert all(one.places_m[0, 1] > 0.0 for one in pairs)
-    moved = candidates(roof_on(Rig()), Additions((), spots_m=0.4, box_m=box), moves=(Move("roof", 0.5),))
+    moved = choices_of(
+        roof_on(Rig()), Additions((), spots_m=0.4, box_m=box), moves=(Move("roof", 0.5),)
+    ).candidates
     assert all(np.linalg.norm(one.places_m[0] - [0.0, 0.0, 1.7]) <= 0.5 for one in moved)
     inside = ((-0.5, 0.5), (-0.2, 0.2), (0.6, 1.0))
     with pytest.raises(InputError, match="no mount in the box"):
-        candidates(Rig(), Additions((MODEL,), box_m=inside))
+        choices_of(Rig(), Additions((MODEL,), box_m=inside))
 
 
 def roof_on(rig: Rig) -> Rig:
@@ -151,4 +159,4 @@ def test_what_cannot_be_asked_is_refused_in_one_line() -> None:
             Additions(**{"models": (MODEL,), **wrong})
         assert "\n" not in str(caught.value)
     with pytest.raises(InputError, match="budget must be at least 6"):
-        candidates(Rig(), Additions((MODEL,), costs={MODEL: 3.0}, budget=5.0))
+        choices_of(Rig(), Additions((MODEL,), costs={MODEL: 3.0}, budget=5.0))

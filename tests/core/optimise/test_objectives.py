@@ -11,8 +11,7 @@ from riglens.core.figures.objects import ObjectFigure
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.optimise.additions import Additions
 from riglens.core.optimise.guard import ObjectSampler
-from riglens.core.optimise.makers import TableMaker
-from riglens.core.optimise.object_makers import maker_of
+from riglens.core.optimise.makers import TableMaker, maker_of
 from riglens.core.optimise.objectives import WORST, objective_named
 from riglens.core.optimise.problem import Problem
 from riglens.core.optimise.tables import UNIT, CoverTable
@@ -68,8 +67,8 @@ def tables(name: str, traffic: Traffic, seed: int) -> tuple[Problem, TableMaker,
     """The maker of an objective, and its table for the sensors of a random rig."""
     rig = random_rig(np.random.default_rng(seed), 9).replace(self_occlusion=False)
     problem = problem_of(name, traffic, rig, Weights({"pedestrian": 2.0}, {(0.0, 20.0): 3.0}))
-    maker = maker_of(problem, 1)
-    assert maker is not None
+    maker = maker_of(problem, (), ObjectSampler(problem.traffic, 1), 1)
+    assert isinstance(maker, TableMaker)
     cells = [maker.cells_of([sensor]) for sensor in problem.goal.sensors_of(rig)]
     return problem, maker, maker.table(NONE, cells), rig
 
@@ -97,7 +96,8 @@ def test_tables_are_monotone_and_those_that_bounds_rely_on_submodular(
         gains = above.gains(chosen, ids)
         assert (gains <= before).all()
         assert above.value(chosen) >= table.value(chosen)
-        assert table.value(chosen) == maker.value(maker.cells_of([sensors[place] for place in chosen]))
+        covered = maker.cells_of([sensors[place] for place in chosen])
+        assert table.value(chosen) == maker.table(covered, []).value([])
         before = gains
     assert 0 < table.value(chosen) <= UNIT * (1.0 + 1e-9)
     assert above is table

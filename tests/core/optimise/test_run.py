@@ -12,7 +12,7 @@ from riglens.core.errors import Cancelled, InputError
 from riglens.core.figures.evaluated import EvaluationSettings, Evaluator
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.optimise.additions import Additions, Move, counts_of
-from riglens.core.optimise.candidates import candidates, rules_for
+from riglens.core.optimise.candidates import choices_of, rules_for
 from riglens.core.optimise.guard import (
     HELD_OUT,
     GuardResult,
@@ -24,9 +24,8 @@ from riglens.core.optimise.guard import (
 )
 from riglens.core.optimise.problem import Problem
 from riglens.core.optimise.results import OptimiseResult, Progress
-from riglens.core.optimise.run import finished, optimise, skin_gains
-from riglens.core.optimise.solving import solved
-from riglens.core.optimise.space import cast, choices_for
+from riglens.core.optimise.run import optimise, skin_gains, solved
+from riglens.core.optimise.space import cast
 from riglens.core.review.mounts import MountLimits, violations
 from riglens.core.rig.edits import mirrored_pose, with_mirror_image
 from riglens.core.rig.model import Lidar, LinearAngles, Rig
@@ -35,7 +34,7 @@ from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import NO_CLASS, Traffic
 from tests.core.builders import grid_of, random_field
-from tests.core.optimise.problems import done, proposed
+from tests.core.optimise.problems import proposed
 from tests.core.targets.cases import random_traffic
 
 ANYWHERE = MountLimits(height_m=(0.4, 100.0), spacing_m=0.25, keep_out=())
@@ -58,7 +57,7 @@ def traffic() -> Traffic:
 @pytest.fixture(scope="module")
 def result(traffic: Traffic) -> OptimiseResult:
     """Two pairs added to one LiDAR, with a front."""
-    return finished(Problem(RIG, traffic, ADDED, frames=12, held_out=40, blind_m=0.3), 2)
+    return optimise(Problem(RIG, traffic, ADDED, frames=12, held_out=40, blind_m=0.3), 2)
 
 
 def test_the_proposal_keeps_the_rig_and_its_value_is_that_of_the_engine(
@@ -119,17 +118,15 @@ def test_proposals_are_saved_as_rigs(result: OptimiseResult, tmp_path: Path) -> 
 
 def test_the_result_does_not_depend_on_the_number_of_threads(traffic: Traffic) -> None:
     problem = Problem(RIG, traffic, replace(ADDED, count=1), frames=8, held_out=10)
-    one, two = (finished(problem, threads).to_dict() for threads in (1, 2))
+    one, two = (optimise(problem, threads).to_dict() for threads in (1, 2))
     assert one == two
 
 
 def test_a_run_ends_when_nobody_waits_any_more(traffic: Traffic) -> None:
-    waits = [False]
-    steps = optimise(Problem(RIG, traffic, ADDED, frames=8), 1, lambda: waits[0])
-    next(steps)
-    waits[0] = True
+    seen: list[Progress] = []
     with pytest.raises(Cancelled):
-        next(steps)
+        optimise(Problem(RIG, traffic, ADDED, frames=8), 1, seen.append, lambda: bool(seen))
+    assert len(seen) == 1
 
 
 def test_gains_over_a_rig_of_ones_own(traffic: Traffic) -> None:
@@ -172,20 +169,20 @@ def test_no_choice_within_the_numbers_of_a_list_is_better(seed: int, traffic: Tr
         costs={"generic-16": 0.8},
     )  # fmt: skip
     problem = Problem(RIG, traffic, added, frames=6, held_out=10, seed=seed)
-    space = done(cast(problem, choices_for(problem, lambda: False), 1, lambda: False))
-    assert 4 <= len(space.candidates) <= 14
+    space = cast(problem, choices_of(problem.rig, problem.additions, problem.seed, moves=problem.moves), 1)
+    assert 4 <= len(space.choices.candidates) <= 14
     best = 0
-    for number in range(1 << len(space.candidates)):
-        some = [one for one in range(len(space.candidates)) if number >> one & 1]
-        sensors = [s.model for one in some for s in space.candidates[one].sensors]
+    for number in range(1 << len(space.choices.candidates)):
+        some = [one for one in range(len(space.choices.candidates)) if number >> one & 1]
+        sensors = [s.model for one in some for s in space.choices.candidates[one].sensors]
         if space.choices.limits.allow(some) and "velodyne-vlp-16" in sensors:
             assert sensors.count("velodyne-vlp-16") <= 3 and sensors.count("generic-16") <= 2
             best = max(best, space.figure.value(some))
-    solution = done(solved(space))
-    assert space.figure.value(solution.sets[0]) <= best
-    assert solution.bound is not None and solution.bound.value >= best
-    if solution.bound.kind == "proven":
-        assert space.figure.value(solution.sets[0]) == best
+    (chosen, *_), bound, _ = solved(space)
+    assert space.figure.value(chosen) <= best
+    assert bound is not None and bound.value >= best
+    if bound.kind == "proven":
+        assert space.figure.value(chosen) == best
 
 
 def test_numbers_of_a_list_are_read_and_checked(traffic: Traffic) -> None:
@@ -198,7 +195,7 @@ def test_numbers_of_a_list_are_read_and_checked(traffic: Traffic) -> None:
             replace(ADDED, counts={"generic-16": (low, high)})
     many = replace(ADDED, counts={"generic-16": (20, 20)}, spots_m=2.0)
     with pytest.raises(InputError, match="generic-16 has mounts for"):
-        finished(Problem(RIG, traffic, many, frames=8), 1)
+        optimise(Problem(RIG, traffic, many, frames=8), 1)
 
 
 def test_a_camera_turns_to_where_it_sees_most(traffic: Traffic) -> None:
@@ -211,7 +208,7 @@ def test_a_camera_turns_to_where_it_sees_most(traffic: Traffic) -> None:
     problem = Problem(bare, traffic, added, "share_25px", frames=8, held_out=10)
     found = proposed(problem)
     sampler = ObjectSampler(traffic, 1, problem.goal)
-    listed = candidates(bare, added)
+    listed = choices_of(bare, added).candidates
     yaws = {round(one.sensors[0].rpy_deg[2] % 360.0) for one in listed if one.tilt_deg == 0.0}
     assert len(listed) >= 100 and len(yaws) > 20
     best = max(sampler(bare.replace(sensors=one.sensors), problem.settings, (0, 8)).value for one in listed)
@@ -265,7 +262,7 @@ def test_a_sensor_without_a_better_mount_stays(traffic: Traffic) -> None:
     assert again.best.value >= again.before
     stays = Problem(first, traffic, frames=8, moves=(Move("left", 0.0, (), (0.0,)),))
     with pytest.raises(InputError, match="no mount"):
-        finished(stays, 1)
+        optimise(stays, 1)
 
 
 def test_sensors_move_are_exchanged_and_added_at_once(traffic: Traffic) -> None:
@@ -281,7 +278,7 @@ def test_sensors_move_are_exchanged_and_added_at_once(traffic: Traffic) -> None:
 
 def test_gains_on_the_skin_are_those_of_the_engine_for_any_rig(traffic: Traffic) -> None:
     problem = Problem(RIG, traffic, ADDED, frames=8)
-    skin = done(skin_gains(problem, 1))
+    skin = skin_gains(problem, 1)
     moved = RIG.replace(sensors=(OWN.replace(position=(0.5, 0.2, 1.9)),))
     evaluator = ObjectSampler(traffic)
 
@@ -300,7 +297,7 @@ def test_gains_on_the_skin_are_those_of_the_engine_for_any_rig(traffic: Traffic)
 
 def test_progress_brackets_the_result(traffic: Traffic) -> None:
     seen: list[Progress] = []
-    found = done(optimise(Problem(RIG, traffic, ADDED, frames=8, held_out=10), 1), seen.append)
+    found = optimise(Problem(RIG, traffic, ADDED, frames=8, held_out=10), 1, seen.append)
     proving = [one for one in seen if one.stage == "proving"]
     assert proving
     for one in proving:
@@ -387,7 +384,7 @@ def test_an_optimum_of_data_in_front_is_not_resolved_in_data_all_around(traffic:
     problem = Problem(
         bare, front, added, frames=12, held_out=40, reference=Rig(sensors=(roof,)), checks={"town": traffic}
     )
-    found = finished(problem, 2)
+    found = optimise(problem, 2)
     town = found.best.guard[-1]
     assert (town.case, town.decides) == ("town", True)
     assert found.best.value > found.reference_value

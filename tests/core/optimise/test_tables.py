@@ -5,8 +5,7 @@ import pytest
 
 from riglens.core.blind.zones import BlindEngine, BlindSettings
 from riglens.core.errors import Cancelled, never_stale
-from riglens.core.optimise.makers import GroundTableMaker
-from riglens.core.optimise.object_makers import HitTableMaker, Objects, hit_shares
+from riglens.core.optimise.makers import GroundTableMaker, HitTableMaker, Objects
 from riglens.core.optimise.tables import UNIT
 from riglens.core.optimise.weights import EVEN
 from riglens.core.rig.model import Lidar, LinearAngles, Rig, Vehicle
@@ -28,7 +27,7 @@ def test_cells_of_a_set_are_those_that_the_engine_counts(seed: int) -> None:
     rng = np.random.default_rng(seed)
     traffic, rig, settings = random_traffic(rng, 8), random_rig(rng, 7), SETTINGS[seed % 3]
     solid = solid_of(rig.vehicle) if settings.body == "blocks" else None
-    maker = HitTableMaker(Objects(traffic, 6, settings, solid, 2, EVEN), hit_shares())
+    maker = HitTableMaker(Objects(traffic, 6, settings, solid, 2, EVEN))
     lidars = rig.enabled_lidars()
     base, rest = lidars[:1], lidars[1:]
     cells = [maker.cells_of([one], never_stale) for one in rest]
@@ -47,7 +46,7 @@ def test_cells_of_a_set_are_those_that_the_engine_counts(seed: int) -> None:
 def test_a_pair_is_the_union_of_its_sensors() -> None:
     rng = np.random.default_rng(4)
     traffic, lidars = random_traffic(rng, 6), random_rig(rng, 8).enabled_lidars()[:2]
-    maker = HitTableMaker(Objects(traffic, 6, SETTINGS[0], None, 1, EVEN), hit_shares())
+    maker = HitTableMaker(Objects(traffic, 6, SETTINGS[0], None, 1, EVEN))
     one, other, both = (maker.cells_of(some, never_stale) for some in (lidars[:1], lidars[1:], lidars))
     assert len(lidars) == 2
     assert (both == np.union1d(one, other)).all()
@@ -55,7 +54,7 @@ def test_a_pair_is_the_union_of_its_sensors() -> None:
 
 def test_casting_ends_when_nobody_waits_any_more() -> None:
     rng = np.random.default_rng(4)
-    maker = HitTableMaker(Objects(random_traffic(rng, 6), 6, SETTINGS[0], None, 1, EVEN), hit_shares())
+    maker = HitTableMaker(Objects(random_traffic(rng, 6), 6, SETTINGS[0], None, 1, EVEN))
     lidars = random_rig(rng, 8).enabled_lidars()
     with pytest.raises(Cancelled):
         maker.cells_of(lidars, lambda: True)
@@ -68,7 +67,7 @@ def test_sets_cast_side_by_side_cover_what_they_do_one_by_one() -> None:
     rig = random_rig(rng, 8)
     sets = [[one] for one in rig.enabled_lidars()] + [list(rig.enabled_lidars()), []]
     solid = solid_of(rig.vehicle)
-    maker = HitTableMaker(Objects(random_traffic(rng, 6), 6, SETTINGS[1], solid, 2, EVEN), hit_shares())
+    maker = HitTableMaker(Objects(random_traffic(rng, 6), 6, SETTINGS[1], solid, 2, EVEN))
     for some, cells in zip(sets, maker.each(sets), strict=True):
         assert (cells == maker.cells_of(some)).all()
 

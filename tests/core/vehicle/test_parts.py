@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from riglens.core.geometry import Pose
 from riglens.core.optimise.additions import Additions
-from riglens.core.optimise.candidates import candidates
+from riglens.core.optimise.candidates import choices_of
 from riglens.core.review.mounts import MountLimits, mounts_of, violations
 from riglens.core.rig.library import default_library
 from riglens.core.rig.model import PARAMETRIC_BODIES, Rig, Vehicle
@@ -114,7 +114,9 @@ def test_no_proposed_mount_covers_a_part_that_is_kept_out(body: str) -> None:
     rules = MountLimits(height_m=(0.3, 100.0), spacing_m=0.25)
     models = ("nuscenes-front", "generic-ultrasonic", "velodyne-vlp-16")
     car = Vehicle(body=body, length=4.9, width=2.0, height=1.9)
-    found = candidates(Rig(vehicle=car), Additions(models, rules=rules, spots_m=0.6, tilts_deg=(0.0,)))
+    found = choices_of(
+        Rig(vehicle=car), Additions(models, rules=rules, spots_m=0.6, tilts_deg=(0.0,))
+    ).candidates
     assert found
     for one in found[::5]:
         assert violations(Rig(vehicle=car, sensors=one.sensors), MountLimits()) == ()
