@@ -15,10 +15,9 @@ from numpy.typing import NDArray
 from riglens.core.kernels.voxels import bits
 from riglens.core.kernels.voxels.entropy_codes import Entropies, Runs
 from riglens.core.scene.boxes import CLASSES, DataReport
-from riglens.core.scene.columns import VoxelIndex
+from riglens.core.scene.columns import Counts, VoxelIndex, codes_of
 from riglens.core.scene.grid import VoxelGrid
-from riglens.core.scene.pog import Counts, Pog
-from riglens.core.scene.runs import codes_of
+from riglens.core.scene.pog import Pog
 
 QUANTA_PER_NAT = 1 << 32
 

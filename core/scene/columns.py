@@ -1,17 +1,22 @@
-"""Sets of voxels as bits: columns of 64-bit words along z, and the numbering of the voxels in a set."""
+"""Sets of voxels as bits: columns of 64-bit words along z, the numbering of the voxels in a set, and runs of
+neighbouring ones that share their counts: far fewer than voxels."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.kernels.voxels import bits
+from riglens.core.kernels.voxels import bits, entropy_codes
+from riglens.core.kernels.voxels.entropy_codes import Runs
 from riglens.core.scene.grid import VoxelGrid
 
 Words = NDArray[np.uint64]
+Counts = NDArray[np.uint16] | NDArray[np.uint32]
+"""Counts of frames by voxel and class, (n, 3)."""
 
 
 def words_per_column(grid: VoxelGrid) -> int:
@@ -104,3 +109,33 @@ class VoxelIndex:
             where = np.flatnonzero(flags)
             limits += [int(where[0]), int(where[-1]) + 1] if where.size else [0, 0]
         return np.array(limits, np.int64)
+
+
+def runs_of(words: Words, counts: Counts) -> tuple[Runs, Counts, NDArray[np.int64]]:
+    """Return runs of equal counts (n, 3) of the voxels of a set, the distinct rows (m, 3), most frequent first, and the
+    number of voxels of each (m,)."""
+    starts, first = np.empty(len(words), np.uint64), np.empty(len(words) + 1, np.uint32)
+    numbers = np.empty(entropy_codes.find_runs(words, counts, starts, first), np.uint32)
+    most = 1 << 16
+    while True:
+        firsts, uses = np.zeros(most, np.int64), np.zeros(most, np.int64)
+        slots = np.full(2 * most, entropy_codes.EMPTY, np.int64)
+        found = entropy_codes.number_runs(
+            words, starts, counts, entropy_codes.Numbering(numbers, firsts, uses, slots)
+        )
+        if found >= 0:
+            break
+        most *= 4
+    order = np.argsort(-uses[:found], kind="stable")
+    ranks = np.empty(found, np.uint32)
+    ranks[order] = np.arange(found, dtype=np.uint32)
+    codes = np.empty(len(numbers), np.uint16) if found <= 1 << 16 else numbers
+    entropy_codes.renumber(numbers, ranks, codes)
+    return Runs(starts, first, codes), counts[firsts[:found][order]], uses[order]
+
+
+def codes_of(index: VoxelIndex, runs: Runs) -> NDArray[np.unsignedinteger[Any]]:
+    """Return the number of the row of every voxel, (n,); a new array each time."""
+    codes = np.empty(index.count, runs.codes.dtype)
+    entropy_codes.voxel_codes(index.words, runs.starts, runs.codes, codes)
+    return codes

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,16 +13,26 @@ from riglens.core.errors import InputError
 from riglens.core.kernels.runtime import jit
 from riglens.core.kernels.voxels import fill
 from riglens.core.kernels.voxels.entropy_codes import Runs
-from riglens.core.scene.boxes import CLASSES, BoxSource, DataReport, Progress
-from riglens.core.scene.columns import VoxelIndex, empty_words, pack, unpack, words_per_column
-from riglens.core.scene.filling import fill_batch
+from riglens.core.scene.boxes import CLASSES, BoxBatch, BoxSource, DataReport, Progress
+from riglens.core.scene.columns import (
+    Counts,
+    VoxelIndex,
+    codes_of,
+    empty_words,
+    pack,
+    runs_of,
+    unpack,
+    words_per_column,
+)
 from riglens.core.scene.grid import VoxelGrid
-from riglens.core.scene.runs import Rows, codes_of, runs_of
 
 COARSE_STEPS = (2, 3)
 """Coarsening factors for a quick first answer; the first one that the grid allows is used."""
 BYTES_PER_VOXEL = 4.0 * len(CLASSES) + 1.5
-Counts = Rows
+VOXELS_PER_CALL = 1 << 27
+"""Compiled code does not notice Ctrl-C; this much takes it a few tenths of a second, rarely more than one."""
+BOXES_PER_FRAME = 1 << 12
+"""With more boxes than this in one frame, looking for overlaps between all of them takes longer than marking."""
 
 
 @dataclass(frozen=True)
@@ -93,6 +104,29 @@ class PogSum:
         for cls, dense in enumerate(self.counts):
             dense[occupied] += part.rows[codes, cls]
 
+    def add_boxes(self, batch: BoxBatch, workers: int) -> None:
+        """Add the frames of a batch, in calls short enough for Ctrl-C to be noticed in between."""
+        raster = fill.Raster(np.array(self.grid.origin_m), self.grid.voxel_m)
+        is_near = near_grid(batch, self.grid)
+        for cls, target in enumerate(self.counts):
+            rows = (batch.cls == cls) & is_near
+            if not rows.any():
+                continue
+            boxes, frames = packed_boxes(batch, rows), batch.frame[rows]
+            voxels = voxels_within_reach(boxes, self.grid)
+            for start, end, is_heavy in _runs_of_frames(frames, voxels):
+                counts, frame, calls = target, frames[start:end], [(0, end - start, False)]
+                if (
+                    is_heavy
+                ):  # box by box: mark on a separate grid, as if each box were a frame, then count once
+                    counts, frame = np.zeros_like(target), np.arange(end - start, dtype=np.int64)
+                    calls = list(_runs_of_frames(frame, voxels[start:end]))
+                for first, last, _ in calls:
+                    some = boxes[start + first : start + last]
+                    fill.fill_counts(some, frame[first:last], raster, workers, counts)
+                if is_heavy:
+                    np.add(target, counts > 0, out=target)
+
     def pog(self, report: DataReport) -> Pog:
         """Return the POG of the sum; `report` holds the number of frames."""
         words = empty_words(self.grid)
@@ -124,8 +158,55 @@ def build_part(
     """Build the POG of a part of a data set, as build_pog does; the part may hold no frame."""
     total, workers = PogSum(grid), jit.use_threads(threads)
     for batch in source.batches(progress):
-        fill_batch(batch, grid, total.counts, workers)
+        total.add_boxes(batch, workers)
     return total.pog(source.report())
+
+
+def near_grid(batch: BoxBatch, grid: VoxelGrid) -> NDArray[np.bool_]:
+    """Return whether each box may reach a voxel, (n,): false only where it ends more than a voxel outside the grid."""
+    low, high = _extent(batch.centre_m, batch.size_m / 2, batch.rotation, grid)
+    near = (high > -1.0) & (low < np.add(grid.shape, 1.0))
+    return np.asarray(near.all(axis=1), dtype=np.bool_)
+
+
+def packed_boxes(batch: BoxBatch, rows: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Return some boxes as the kernel takes them, (n, 15)."""
+    rotation = batch.rotation[rows].reshape(-1, 9)
+    return np.ascontiguousarray(np.hstack([batch.centre_m[rows], batch.size_m[rows] / 2, rotation]))
+
+
+def voxels_within_reach(boxes: NDArray[np.float64], grid: VoxelGrid) -> NDArray[np.int64]:
+    """Return about how many voxels of the grid must be tested for each box, (n,), at least 1.
+
+    boxes (n, 15): centre, half size, rotation by rows, as the kernel takes them.
+    """
+    low, high = _extent(boxes[:, 0:3], boxes[:, 3:6], boxes[:, 6:15].reshape(-1, 3, 3), grid)
+    cells = np.clip(high, 0, grid.shape) - np.clip(low, 0, grid.shape) + 1
+    return np.asarray(np.prod(cells, axis=1), dtype=np.int64)
+
+
+def _extent(
+    centre_m: NDArray[np.float64], half_m: NDArray[np.float64], rotation: NDArray[np.float64], grid: VoxelGrid
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return lowest and highest corner of the upright box around each box, each (n, 3), in voxels from the grid's
+    origin."""
+    reach_m = np.einsum("nij,nj->ni", np.abs(rotation), half_m)
+    low = (centre_m - reach_m - grid.origin_m) / grid.voxel_m
+    return low, (centre_m + reach_m - grid.origin_m) / grid.voxel_m
+
+
+def _runs_of_frames(frame: NDArray[np.int64], voxels: NDArray[np.int64]) -> Iterator[tuple[int, int, bool]]:
+    """Yield start and end of runs of whole frames, each for one call, and whether it is one heavy frame."""
+    starts = np.flatnonzero(np.diff(frame, prepend=frame[0] - 1))
+    sizes = np.diff(starts, append=frame.size)
+    work = np.add.reduceat(voxels, starts)
+    heavy = (work > VOXELS_PER_CALL) | (sizes > BOXES_PER_FRAME)
+    share = (np.cumsum(work) - work) // VOXELS_PER_CALL
+    begins = np.diff(share, prepend=-1) != 0
+    begins |= heavy
+    begins[1:] |= heavy[:-1]
+    first = starts[begins].tolist()
+    yield from zip(first, [*first[1:], int(frame.size)], heavy[begins].tolist(), strict=True)
 
 
 def coarse_pog(pog: Pog) -> Pog | None:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from riglens.core.scene import filling
+from riglens.core.scene import pog as pogs
 from riglens.core.scene.boxes import BoxBatch, rotations_from_yaw
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Pog, build_pog
@@ -38,8 +38,8 @@ def test_calls_of_any_size_give_the_same_pog(
     monkeypatch: pytest.MonkeyPatch, voxels: int, boxes: int
 ) -> None:
     expected = [bits(build_pog(random_boxes(seed), GRID)) for seed in range(3)]
-    monkeypatch.setattr(filling, "VOXELS_PER_CALL", voxels)
-    monkeypatch.setattr(filling, "BOXES_PER_FRAME", boxes)
+    monkeypatch.setattr(pogs, "VOXELS_PER_CALL", voxels)
+    monkeypatch.setattr(pogs, "BOXES_PER_FRAME", boxes)
     assert [bits(build_pog(random_boxes(seed), GRID)) for seed in range(3)] == expected
 
 
@@ -47,14 +47,14 @@ def test_no_call_gets_more_than_its_share_unless_one_box_is_that_large(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     sizes: list[int] = []
-    inner = filling.fill.fill_counts
+    inner = pogs.fill.fill_counts
 
     def heard(boxes: np.ndarray, *rest: object) -> None:
-        sizes.append(int(filling.voxels_within_reach(boxes, GRID).sum()))
+        sizes.append(int(pogs.voxels_within_reach(boxes, GRID).sum()))
         inner(boxes, *rest)
 
-    monkeypatch.setattr(filling.fill, "fill_counts", heard)
-    monkeypatch.setattr(filling, "VOXELS_PER_CALL", 2000)
+    monkeypatch.setattr(pogs.fill, "fill_counts", heard)
+    monkeypatch.setattr(pogs, "VOXELS_PER_CALL", 2000)
     source = random_boxes(7, frames=3, per_frame=60, largest_m=30.0)
     build_pog(source, GRID)
     largest_box = 18 * 14 * 10
@@ -65,8 +65,8 @@ def test_no_call_gets_more_than_its_share_unless_one_box_is_that_large(
 def test_the_estimate_covers_what_is_filled() -> None:
     source = random_boxes(3, frames=40, per_frame=1)
     for batch in source.batches():
-        packed = filling._packed(batch, np.ones(batch.cls.size, np.bool_))
-        reach = filling.voxels_within_reach(packed, GRID)
+        packed = pogs.packed_boxes(batch, np.ones(batch.cls.size, np.bool_))
+        reach = pogs.voxels_within_reach(packed, GRID)
     for row in range(40):
         alone = Boxes(
             np.zeros(1, np.int64), batch.cls[row : row + 1], batch.centre_m[row : row + 1],
@@ -80,9 +80,9 @@ def test_boxes_that_are_passed_over_would_add_nothing(monkeypatch: pytest.Monkey
     boxes = random_boxes(seed, frames=12, per_frame=40)
     boxes = replace(boxes, centre_m=boxes.centre_m * np.random.default_rng(seed).uniform(0.5, 6, (480, 1)))
     expected = bits(build_pog(boxes, GRID))
-    passed_over = sum(int((~filling.near_grid(batch, GRID)).sum()) for batch in boxes.batches())
+    passed_over = sum(int((~pogs.near_grid(batch, GRID)).sum()) for batch in boxes.batches())
     assert 50 < passed_over < 430
-    monkeypatch.setattr(filling, "near_grid", lambda batch, grid: np.ones(batch.cls.size, np.bool_))
+    monkeypatch.setattr(pogs, "near_grid", lambda batch, grid: np.ones(batch.cls.size, np.bool_))
     assert bits(build_pog(boxes, GRID)) == expected
 
 
@@ -99,4 +99,4 @@ def test_a_box_that_only_touches_a_voxel_by_its_corner_is_near() -> None:
             np.array([[side_m, side_m, height_m]]),
             turned,
         )
-        assert filling.near_grid(batch, GRID).all(), centre_m
+        assert pogs.near_grid(batch, GRID).all(), centre_m
