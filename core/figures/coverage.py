@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import TYPE_CHECKING
 
 from riglens.core.figures.figure import ALL, Better, Estimate, Figure, Unit
@@ -71,6 +72,7 @@ S_MS = VoxelFigure(
 )
 
 
+@cache
 def seen_by(kind: AnyKind) -> VoxelFigure:
     """Return the share of entropy that sensors of a kind cover."""
     return VoxelFigure(
@@ -83,6 +85,7 @@ def seen_by(kind: AnyKind) -> VoxelFigure:
     )
 
 
+@cache
 def s_mig(kind: AnyKind) -> VoxelFigure:
     """Return S-MIG of all sensors of a kind."""
     return VoxelFigure(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -133,6 +134,7 @@ MISSED = ObjectFigure(
 )
 
 
+@cache
 def by_kind(kind: AnyKind) -> ObjectFigure:
     """Return the share of objects that sensors of a further kind detect."""
     return ObjectFigure(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import QPoint, Qt, QTimer
 from PySide6.QtGui import QActionGroup
 from PySide6.QtWidgets import QMenu
 
@@ -38,6 +38,8 @@ from riglens.widgets.panels.sensors.losses import (
 from riglens.widgets.panels.sensors.tree import NO_BOXES_TIP
 
 GROUP = "marginal"
+TOGETHER_MS = 100
+"""Answers of this long are shown at once: a rig of 60 sensors has 120 of them."""
 
 
 class Marginals(Feature):
@@ -62,6 +64,8 @@ class Marginals(Feature):
         self._now: Values = {}
         self._found: dict[str, tuple[tuple[object, ...], Losses]] = {}
         self.measure = usual_measure()
+        self._soon = QTimer(self, singleShot=True, interval=TOGETHER_MS)
+        self._soon.timeout.connect(self._show_all)
         queued = Qt.ConnectionType.QueuedConnection
         bench.recompute.answered_in_background.connect(self._take, queued)
         bench.counter.answered_in_background.connect(self._take_count, queued)
@@ -164,6 +168,7 @@ class Marginals(Feature):
         self._grey()
 
     def _grey(self) -> None:
+        self._soon.stop()
         self.bench.panels.tree.set_losses_stale()
         self.panel.grey()
         self.bench.panels.inspector.set_loss_stale()
@@ -179,7 +184,7 @@ class Marginals(Feature):
         if not is_present or request.rig != with_enabled(result.request.rig, (request.name,), False):
             return
         self.losses[request.name] = scores
-        self._show_all()
+        self._show_soon(request.name)
 
     def _take_count(self, request: OtherCount, figures: Values | None) -> None:
         asked = self.counted
@@ -189,7 +194,7 @@ class Marginals(Feature):
             return
         if request.rig == with_enabled(asked.rig, (request.name,), False):
             self.figures[request.name] = figures
-            self._show_all()
+            self._show_soon(request.name)
 
     # ------------------------------------------------------------------ showing
     def _known_now(self) -> Values:
@@ -209,6 +214,12 @@ class Marginals(Feature):
             before = of, losses_of(self._known_now(), self._known_without(name), kind)
             self._found[name] = before
         return before[1]
+
+    def _show_soon(self, name: str) -> None:
+        if name == self.document.selected:
+            self._show_selected()
+        if not self._soon.isActive():
+            self._soon.start()
 
     def _show_all(self) -> None:
         """Show the known results in the list, and those of the selected sensor in the inspector."""

@@ -41,6 +41,7 @@ def test_redundancy_lists_what_the_rig_loses_without_each_sensor(desk: FullDesk)
             feature._take(request, scores(0.25 if request.name == "roof" else 0.5))
     table = feature.panel.table
     place = list(measures()).index("s_ms")
-    assert table.texts_of("roof")[place] == "0.08↑" and table.texts_of("front")[place] == "0.00"
+    desk.qtbot.waitUntil(lambda: table.texts_of("roof")[place] == "0.08↑", timeout=TIMEOUT_MS)
+    assert table.texts_of("front")[place] == "0.00"
     table.clicked.emit(table.figures.index(0, 0))
     assert desk.document.selected == "roof"
