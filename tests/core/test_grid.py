@@ -76,6 +76,13 @@ def test_centres_lie_half_a_voxel_behind_whole_grid_coordinates(cell: tuple[int,
     assert grid.to_grid(centre) == tuple(i + 0.5 for i in cell)
 
 
+def test_more_voxels_than_ids_are_refused() -> None:
+    grid = VoxelGrid(1.0, (8192.0, 8193.0, 64.0))
+    full = np.broadcast_to(np.uint64(2**64 - 1), (8192 * 8193,))  # one word, shown everywhere
+    with pytest.raises(ValueError, match="4,294,967,295"):
+        VoxelIndex.of(grid, full)
+
+
 @given(
     seed=st.integers(0, 2**32 - 1),
     nz=st.sampled_from([1, 7, 63, 64, 65, 130]),

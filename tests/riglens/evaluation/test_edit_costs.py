@@ -29,6 +29,12 @@ def test_nothing_new_to_cast_costs_nothing(costs: EditCosts) -> None:
     assert costs.expected_ms(off) == 0.0
 
 
+def test_before_the_first_time_everything_is_a_guess_of_nothing() -> None:
+    unknown = EditCosts()
+    assert unknown.expected_ms(RIG) == unknown.slowest_ms(RIG) == 0.0 and unknown.is_guess(RIG)
+    assert not unknown.is_guess(RIG.replace(sensors=()))
+
+
 def test_a_sensor_that_was_never_moved_is_guessed_from_all(costs: EditCosts) -> None:
     assert costs.expected_ms(moved("roof", 1.0)) == 20.0
     assert costs.expected_ms(moved("front", 1.0, moved("roof", 1.0))) == 40.0

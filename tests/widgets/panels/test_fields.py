@@ -10,7 +10,9 @@ from PySide6.QtGui import QKeyEvent, QWheelEvent
 from PySide6.QtWidgets import QApplication, QLineEdit, QVBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
+from riglens.widgets.panels.controls.style import MARGIN
 from riglens.widgets.panels.fields.edits import IntegerEdit, NumberEdit, TextEdit, ValueEdit
+from riglens.widgets.panels.fields.form import Form
 from riglens.widgets.panels.fields.quantity import (
     DEGREES,
     METRES,
@@ -251,3 +253,17 @@ def test_a_field_of_several_values_shows_their_span_and_changes_each(field: Fiel
 
 def test_a_question_mark_is_left_to_the_help_and_digits_are_the_field_s(field: Field) -> None:
     assert field.ask("7") and not field.ask("?")
+
+
+def test_the_fields_of_forms_with_short_captions_stand_below_one_another(qtbot: QtBot) -> None:
+    """Captions of one form are shorter than those of the next, and the fields line up all the same."""
+    begins = []
+    for captions in (("z",), ("Roll", "x")):
+        form = Form()
+        qtbot.addWidget(form)
+        form.resize(300, 200)
+        boxes = [form.add_row(caption, [QLineEdit()]) for caption in captions]
+        form.show()
+        begins.append({box.x() for box in boxes})
+        assert {box.geometry().right() for box in boxes} == {form.contentsRect().right() - MARGIN}
+    assert begins[0] == begins[1] and len(begins[0]) == 1
