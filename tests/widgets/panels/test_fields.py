@@ -10,7 +10,7 @@ from PySide6.QtGui import QKeyEvent, QWheelEvent
 from PySide6.QtWidgets import QApplication, QLineEdit, QVBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
-from riglens.widgets.panels.controls.style import MARGIN
+from riglens.widgets.panels.controls.style import MARGIN, tones
 from riglens.widgets.panels.fields.edits import IntegerEdit, NumberEdit, TextEdit, ValueEdit
 from riglens.widgets.panels.fields.form import Form
 from riglens.widgets.panels.fields.quantity import (
@@ -25,6 +25,7 @@ from riglens.widgets.panels.fields.quantity import (
     short_number,
 )
 from tests.waiting import TIMEOUT_MS
+from tests.widgets.marks import colour, marks, texts
 
 SHIFT, CTRL = Qt.KeyboardModifier.ShiftModifier, Qt.KeyboardModifier.ControlModifier
 
@@ -235,6 +236,26 @@ def test_a_text_that_is_cut_off_says_so_at_the_side_where_it_goes_on(qtbot: QtBo
     assert edit.cut_at == Qt.AlignmentFlag.AlignLeft
     edit.set_value("short")
     assert edit.cut_at is None
+
+
+def test_a_field_paints_its_unit_at_the_right_end_and_dots_where_its_text_goes_on(qtbot: QtBot) -> None:
+    number, name = NumberEdit(0.05, METRES), TextEdit()
+    for edit, value in ((number, 1.5), (name, "a name that no field of eighty pixels has room for")):
+        qtbot.addWidget(edit)
+        edit.resize(80, 24)
+        edit.set_value(value)
+        edit.show()
+    (unit,) = (mark for mark in marks(number) if mark.text == "m")
+    wide_px = number.fontMetrics().horizontalAdvance("m")
+    assert 60.0 < unit.at[0] + wide_px < 80.0 and 12.0 < unit.at[1] < 22.0
+    assert unit.fill == colour(tones().muted)
+    assert not [mark for mark in marks(name) if mark.text == "m"]
+    for place, is_right in ((0, True), (len(name.text()), False)):
+        name.setCursorPosition(place)
+        (dots,) = (mark for mark in marks(name) if mark.text == "…")
+        assert (dots.at[0] > 50.0) == is_right and (dots.at[0] < 20.0) != is_right
+    number.set_value(2.5)
+    assert "…" not in texts(marks(number))
 
 
 def test_a_field_of_several_values_shows_their_span_and_changes_each(field: Field) -> None:

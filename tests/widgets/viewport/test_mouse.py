@@ -599,3 +599,18 @@ def test_the_wheel_zooms_and_keeps_the_place_under_the_cursor(view):
     turn_wheel(view, focal_pixel, 2)
     assert view.state.camera.distance_m < 0.8 * before.distance_m
     assert np.allclose(pixel_at(view, before.focal_m), focal_pixel, atol=1e-3)
+
+
+def test_a_mouse_that_leaves_the_view_points_at_nothing_and_one_that_stays_does(view):
+    before = picture(view)
+    hover(view._canvas, to_point(view, pixel_at(view, np.array(LIDAR.position))))
+    settle(view)
+    pointed = picture(view)
+    assert not np.array_equal(pointed, before)
+    for event in (QEvent(QEvent.Type.Enter), QEvent(QEvent.Type.ToolTipChange)):
+        QApplication.sendEvent(view._canvas, event)
+    settle(view)
+    assert np.array_equal(picture(view), pointed)
+    QApplication.sendEvent(view._canvas, QEvent(QEvent.Type.Leave))
+    settle(view)
+    assert np.array_equal(picture(view), before)
