@@ -163,6 +163,30 @@ def test_a_change_is_told_to_the_layers_that_show_it(scene, told, change, expect
     assert scene.state == after
 
 
+@pytest.mark.parametrize("has_skin", [False, True])
+@pytest.mark.parametrize("has_map", [False, True])
+@pytest.mark.parametrize("is_draped", [False, True])
+def test_a_heatmap_is_in_space_or_on_the_ground_and_gives_way_to_a_coloured_car_and_to_a_map_there(
+    scene, monkeypatch, is_draped, has_map, has_skin
+):
+    cells, drapes = [], []
+    monkeypatch.setattr(scene._heatmap, "set_data", cells.append)
+    monkeypatch.setattr(scene._drape, "show", lambda data, *look: drapes.append(data))
+    for draped_before in (not is_draped, is_draped):
+        before = replace(STATE, heat_look=HeatLook(draped=draped_before), heatmap=None)
+        scene.show(before)
+        after = replace(
+            before,
+            heat_look=HeatLook(draped=is_draped),
+            heatmap=HEAT,
+            ground_map=GROUND if has_map else None,
+            skin_gain=HEAT if has_skin else None,
+        )
+        scene.show(after)
+        assert cells[-1] is (None if is_draped or has_skin else HEAT)
+        assert drapes[-1] is (HEAT if is_draped and not has_skin and not has_map else None)
+
+
 def test_every_field_is_changed_by_a_case_above():
     assert {name for change, _ in CHANGES for name in change} == ALL_FIELDS
 
