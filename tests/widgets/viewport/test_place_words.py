@@ -5,13 +5,17 @@ from itertools import combinations, product
 
 import numpy as np
 import pytest
+import pyvista as pv
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from riglens.core.rig.model import Camera, Lidar, Rig
 from riglens.core.view.heatmap_data import HeatmapData
+from riglens.widgets.drawing.camera import OrbitCamera
+from riglens.widgets.sensors.appearance import colour_of
 from riglens.widgets.sensors.ray_look import RayLook
-from riglens.widgets.theme import LIGHT
+from riglens.widgets.theme import DARK, LIGHT, rgb
 from riglens.widgets.viewport.drawn_scene import DrawnScene
+from riglens.widgets.viewport.place_words import PlaceWordsLayer
 from riglens.widgets.viewport.scene_state import Caption, SceneState
 from riglens.widgets.viewport.words_layer import EchoLayer, text_size_px
 
@@ -89,3 +93,43 @@ def test_an_echo_stands_right_of_and_above_the_mouse_and_stays_in_the_view(ratio
     assert (echo.box.left, echo.box.low) == (0.0, 0.0), "a view that is too small shows the beginning"
     echo.show("", (5.0, 5.0), size, ratio, LIGHT)
     assert echo.box is None and not actor.GetVisibility()
+
+
+@pytest.mark.parametrize("palette", [LIGHT, DARK], ids=["light", "dark"])
+def test_a_dot_in_the_colour_of_its_kind_with_a_rim_marks_each_sensor_that_is_small_and_in_sight(palette):
+    renderer, size = vtkRenderer(), (1200, 800)
+    layer = PlaceWordsLayer(renderer)
+    behind = CAMERA.replace(name="behind", position=(-90.0, 0.0, 1.5))
+    camera = OrbitCamera(focal_m=(0.0, 0.0, 1.0), distance_m=60.0, azimuth_deg=180.0, elevation_deg=20.0)
+    rig = Rig(sensors=(BACK, CAMERA, LIDAR, behind))
+    state = SceneState(rig=rig, camera=camera, palette=palette, selected="front", failed=frozenset({"back"}))
+    (dots,) = renderer.GetViewProps()
+
+    def discs(shown: SceneState) -> list[tuple[list[float], float, list[int]]]:
+        """Middle, radius and colour of each disc in the picture, from the one below to the one on top."""
+        layer.arrange_dots(shown, size, 1.0)
+        mesh, found = pv.wrap(dots.GetMapper().GetInput()), []
+        for face, colour in zip(
+            mesh.regular_faces if dots.GetVisibility() else [], mesh["rgb"], strict=False
+        ):
+            points = np.asarray(mesh.points)[face, :2]
+            middle = points.mean(axis=0)
+            found.append((middle.tolist(), np.hypot(*(points - middle).T).max(), colour.tolist()))
+        return found
+
+    right, down, depth = camera.project(np.array([one.position for one in rig.sensors]), size).T
+    assert (depth > 0.0).tolist() == [True, True, True, False]
+    rim, of_camera, of_lidar = (
+        [round(255 * part) for part in rgb(name)]
+        for name in ("#10141a" if palette is DARK else "#ffffff", colour_of("camera"), colour_of("lidar"))
+    )
+    expected = [(1, 6.5, rim), (1, 4.5, of_camera), (2, 6.5, rim), (2, 4.5, of_lidar)]
+    found = discs(replace(state, selected=""))
+    assert len(found) == len(expected), "one has failed, and one is behind the eye"
+    for (middle, radius, colour), (sensor, wide, expected_colour) in zip(found, expected, strict=True):
+        assert middle == pytest.approx([right[sensor], size[1] - down[sensor]], abs=1e-3)
+        assert radius == pytest.approx(wide, abs=1e-3) and colour == expected_colour
+    assert discs(state) == found[2:], "the handles of the selected one stand in place of its dot"
+    near = replace(state, camera=replace(camera, focal_m=LIDAR.position, distance_m=2.0))
+    assert len(discs(near)) < len(expected), "a large one needs no dot"
+    assert discs(replace(state, rig=Rig(sensors=()))) == []
