@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -118,6 +119,19 @@ def test_clutter_and_the_ground_stay_where_they_are() -> None:
     for centre, half, turn in zip(*world.boxes[1:4], strict=True):
         inside |= (np.abs((points - centre) @ turn) <= half + 0.3).all(axis=1)
     assert len(points) > 100 and inside.all()
+
+
+@pytest.mark.parametrize("ground", ["none", "flat", "uneven"])
+def test_things_stand_on_the_ground_below_them(ground: Literal["none", "flat", "uneven"]) -> None:
+    world = Worlds(traffic(), SimulationSettings(clutter=200, ground=ground)).world(1)
+    scattered = world.kind >= 0
+    centres, half = (of[-len(world.kind) :][scattered] for of in (world.boxes.centres, world.boxes.halves))
+    bumps = [
+        sum(a * np.sin(u * x + v * y + phase) for a, u, v, phase in world.surface.waves)
+        for x, y in centres[:, :2]
+    ]
+    assert scattered.sum() > 100 and (np.ptp(bumps) > 0.01) == (ground == "uneven")
+    assert centres[:, 2] - half[:, 2] == pytest.approx(world.surface.height + np.array(bumps), abs=1e-9)
 
 
 def test_sweeps_of_a_frame_have_noise_of_their_own() -> None:
