@@ -371,6 +371,18 @@ def test_gains_change_as_a_sensor_moves(town: Path) -> None:
     assert not np.array_equal(first.gains, second.gains)
 
 
+def test_a_process_that_knows_other_traffic_answers_as_a_fresh_one(town: Path, tmp_path: Path) -> None:
+    other = write_town(tmp_path / "other.csv", frames=10, each=1, far_m=12.0)
+    first, second = request(1, town, work="skin"), request(2, other, work="skin")
+    before, found, fresh = (
+        one.gains
+        for messages in ((first, second), (second,))
+        for one in answers(*messages, at_once=False)
+        if isinstance(one, Gains)
+    )
+    assert np.array_equal(found, fresh) and not np.array_equal(found, before)
+
+
 def test_the_car_is_coloured_by_the_gains_of_the_rig_as_it_is(desk: FullDesk) -> None:
     propose, sent = desk.features.propose, list[Any]()
     propose.proposer.send = sent.append  # type: ignore[method-assign]
