@@ -138,7 +138,7 @@ def _all_presets() -> tuple[Preset, ...]:
     ]
     lidar_only = [Preset(g.name, f"4 LiDARs {g.name} alone ({g.origin})", lidars=g) for g in LIDAR_GROUPS]
     camera_only = [Preset(g.name, f"6 cameras {g.name} alone ({g.origin})", cameras=g) for g in CAMERA_GROUPS]
-    return (*rigs, *lidar_only, *camera_only, *CARS)
+    return (*CARS, *rigs, *lidar_only, *camera_only)
 
 
 CARS = (
@@ -177,7 +177,7 @@ def _pair(cameras: Group, lidars: Group) -> Preset:
 
 
 PRESETS = {preset.name: preset for preset in _all_presets()}
-"""Every preset by its name, in the order in which they are listed; the first eight are the paper's rigs."""
+"""Every preset by its name, in the order in which they are listed: cars, then the rigs of the paper."""
 
 PAPER_RIGS = tuple(
     name for name, p in PRESETS.items() if p.cameras and p.lidars and p.lidars.origin == "paper"

@@ -7,7 +7,7 @@ import pytest
 from riglens.assets import asset_path
 from riglens.core.errors import InputError
 from riglens.core.rig.model import Camera, Lidar
-from riglens.core.rig.presets import PAPER_RIGS, PRESETS, find_preset, preset
+from riglens.core.rig.presets import CARS, PAPER_RIGS, PRESETS, find_preset, preset
 from riglens.core.rig.yaml.file import dumps, loads
 
 LIDARS = {
@@ -29,7 +29,8 @@ CAMERAS = {
 
 def test_the_eight_rigs_of_the_paper_come_first() -> None:
     assert PAPER_RIGS == ("W+C", "W+P", "W+L", "W+T", "N+C", "N+P", "N+L", "N+T")
-    assert tuple(PRESETS)[:8] == PAPER_RIGS and len(PRESETS) == 33
+    cars = tuple(one.name for one in CARS)
+    assert tuple(PRESETS)[: len(cars) + 8] == (*cars, *PAPER_RIGS) and len(PRESETS) == 33
 
 
 @pytest.mark.parametrize("letter", LIDARS)
@@ -97,7 +98,9 @@ def test_every_preset_has_a_description_and_survives_a_file() -> None:
 
 
 def test_an_unknown_preset_is_refused_with_the_nearest_ones() -> None:
-    with pytest.raises(InputError, match=r"unknown preset 'W\+X' .did you mean .*W\+T.*known: W\+C, W\+P"):
+    with pytest.raises(
+        InputError, match=r"unknown preset 'W\+X' .did you mean .*W\+T.*known: nuScenes car, .*W\+C, W\+P"
+    ):
         preset("W+X")
 
 
