@@ -201,7 +201,7 @@ def studied(tmp_path_factory):
     folder = tmp_path_factory.mktemp("stability")
     boxes = folder / "boxes.csv"
     boxes.write_text(BOXES, encoding="utf-8")
-    arguments = ["study", "stability", "--boxes", boxes, *SMALL_GRID, "--quick", "--edits", 30]
+    arguments = ["study", "stability", "--boxes", boxes, *SMALL_GRID, "--quick", "--edits", 8]
     out = io.StringIO()
     with contextlib.redirect_stdout(out):
         code = main([str(argument) for argument in (*arguments, "--out", folder / "deep" / "study")])
@@ -217,7 +217,7 @@ def test_it_writes_the_page_and_both_tables(studied):
         csv.DictReader((folder / "stability-methods.csv").read_text(encoding="utf-8").splitlines())
     )
     assert {line["fast_verdict"] for line in methods} == {"ok"}
-    assert "30 random edits" in {line["case"] for line in methods}
+    assert "8 random edits" in {line["case"] for line in methods}
     orders = list(csv.DictReader((folder / "stability-metric.csv").read_text(encoding="utf-8").splitlines()))
     assert {line["varied"] for line in orders} == {"default", "δ", "rays", "reading", "λ", "frames"}
 
