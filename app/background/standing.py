@@ -42,9 +42,10 @@ def stopped_rays(request: MountStatusRequest) -> NDArray[np.float32]:
         return NONE_M
     rows = np.arange(0, sensor.ray_count, max(1, -(-sensor.ray_count // MOST_RAYS)))
     directions = sensor_rays(sensor, rows).directions
-    from riglens.core.sensing.body_ends import listed_ends  # the compiler
+    from riglens.core.sensing.body_ends import barrier_of, listed_ends  # the compiler
 
-    met_m = listed_ends(sensor, directions, with_housings(solid_of(request.vehicle), request.obstacles))
+    solid = with_housings(solid_of(request.vehicle), request.obstacles)
+    met_m = listed_ends(sensor, directions, barrier_of(sensor, solid))
     stopped = np.isfinite(met_m)
     return np.asarray(np.array(sensor.position) + met_m[stopped, None] * directions[stopped], np.float32)
 

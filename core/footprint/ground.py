@@ -25,7 +25,7 @@ from riglens.core.sensors.kind import Echo
 from riglens.core.sensors.registry import kind_of
 from riglens.core.sensors.sectors import Sectored
 from riglens.core.targets.detection_range import SIZES_M
-from riglens.core.vehicle.solid import Solid
+from riglens.core.vehicle.solid import Barrier, Solid
 
 Points = NDArray[np.float64]
 Levels = NDArray[np.int64]
@@ -122,14 +122,19 @@ def footprint(
     """
     if not has_footprint(sensor):
         raise InputError(f"{kind_of(sensor).plural} have no footprint: their beams are rings on the ground")
+    barrier = None
+    if solid is not None:
+        from riglens.core.sensing.body_ends import barrier_of  # the compiler
+
+        barrier = barrier_of(sensor, solid)
     if isinstance(sensor, Camera):
         limits = checked_limits(limits)
         titles = [f"≥ {limit:g} px/m" for limit in limits]
-        patches = _of_camera(sensor, limits, solid, step_deg)
+        patches = _of_camera(sensor, limits, barrier, step_deg)
         bands = zip(titles, limits, patches, strict=True)
         return Footprint(sensor, tuple(Band(*band) for band in bands))
     echoes = sorted(_echoes(sensor), key=lambda echo: _reach_m(sensor, echo))
-    patches = _followed(sensor, len(echoes), _wave_levels(sensor, echoes, solid), step_deg)
+    patches = _followed(sensor, len(echoes), _wave_levels(sensor, echoes, barrier), step_deg)
     names = [echo.cls for echo in echoes]
     bands = zip(names, [math.nan] * len(names), patches, strict=True)
     return Footprint(sensor, tuple(Band(*band) for band in bands))
@@ -151,7 +156,7 @@ def checked_limits(limits: Sequence[float]) -> tuple[float, ...]:
 
 # ---------------------------------------------------------------- cameras
 def _of_camera(
-    camera: Camera, limits: tuple[float, ...], solid: Solid | None, step_deg: float
+    camera: Camera, limits: tuple[float, ...], barrier: Barrier | None, step_deg: float
 ) -> list[tuple[Points, ...]]:
     """Return the patches of each band."""
     whole = _polygons(camera, limits) if camera.distortion is None else None
@@ -160,9 +165,9 @@ def _of_camera(
         if not corners:
             return [() for _ in limits]
         is_free = not camera.blocked and camera.range_m == (0.0, math.inf)
-        if is_free and (solid is None or not _is_any_hidden(camera, corners, solid)):
+        if is_free and (barrier is None or not _is_any_hidden(camera, corners, barrier)):
             return [(polygon,) if len(polygon) else () for polygon in whole]
-    levels = _camera_levels(camera, limits, solid)
+    levels = _camera_levels(camera, limits, barrier)
     return _followed(camera, len(limits), levels, step_deg, _most_m(camera, limits[-1]), whole)
 
 
@@ -209,10 +214,10 @@ def _cut(polygon: Points, normal: Points, offset: float) -> Points:
     return np.array(corners).reshape(-1, 2)
 
 
-def _is_any_hidden(camera: Camera, polygons: Sequence[Points], solid: Solid) -> bool:
+def _is_any_hidden(camera: Camera, polygons: Sequence[Points], barrier: Barrier) -> bool:
     """Return whether the body hides any place of some polygons, as seen by rays to a lattice of them."""
     rows = np.concatenate([_lattice_over(polygon) for polygon in polygons])
-    return bool(_hidden(camera, rows, solid).any())
+    return bool(_hidden(camera, rows, barrier).any())
 
 
 def _lattice_over(polygon: Points) -> Points:
@@ -224,7 +229,7 @@ def _lattice_over(polygon: Points) -> Points:
 
 
 def _camera_levels(
-    camera: Camera, limits: tuple[float, ...], solid: Solid | None
+    camera: Camera, limits: tuple[float, ...], barrier: Barrier | None
 ) -> Callable[[Points], Levels]:
     """Return a function from places (n, 2) to the number of limits that are met there, 0 out of view."""
     rotation, origin = camera.pose.rotation(), np.array(camera.position)
@@ -238,20 +243,20 @@ def _camera_levels(
         low, high = camera.range_m
         found[~in_image(camera, local) | (distance < low) | (distance > high)] = 0
         seen = np.flatnonzero(found)
-        if solid is not None and len(seen):
-            found[seen[_hidden(camera, places[seen], solid)]] = 0
+        if barrier is not None and len(seen):
+            found[seen[_hidden(camera, places[seen], barrier)]] = 0
         return np.asarray(found)
 
     return levels
 
 
-def _hidden(sensor: Sensor, places: Points, solid: Solid, height_m: float = 0.0) -> NDArray[np.bool_]:
+def _hidden(sensor: Sensor, places: Points, barrier: Barrier, height_m: float = 0.0) -> NDArray[np.bool_]:
     """Return whether the body stops the rays to places (n, 2) at a height, (n,)."""
     from riglens.core.sensing.body_ends import listed_ends  # the compiler
 
     offset = np.column_stack([places, np.full(len(places), height_m)]) - np.array(sensor.position)
     distance = np.linalg.norm(offset, axis=1)
-    return np.asarray(listed_ends(sensor, offset / distance[:, None], solid) < distance)
+    return np.asarray(listed_ends(sensor, offset / distance[:, None], barrier) < distance)
 
 
 def _most_m(camera: Camera, limit: float) -> float:
@@ -275,7 +280,9 @@ def _reach_m(sensor: Sensor, echo: Echo) -> float:
     return min(most, sensor.range_m[1])
 
 
-def _wave_levels(sensor: Sensor, echoes: Sequence[Echo], solid: Solid | None) -> Callable[[Points], Levels]:
+def _wave_levels(
+    sensor: Sensor, echoes: Sequence[Echo], barrier: Barrier | None
+) -> Callable[[Points], Levels]:
     """Return a function from places (n, 2) to the number of classes that are reached there."""
     in_field = kind_of(sensor).in_field
     assert in_field is not None
@@ -291,8 +298,8 @@ def _wave_levels(sensor: Sensor, echoes: Sequence[Echo], solid: Solid | None) ->
             inside = in_field(sensor, local, distance, echo) & ~sensor.blocked_rays(local)
             inside &= (distance >= sensor.range_m[0]) & (distance <= sensor.range_m[1])
             held = rest[inside]
-            if solid is not None and len(held):
-                held = held[~_hidden(sensor, places[held], solid, float(height_m))]
+            if barrier is not None and len(held):
+                held = held[~_hidden(sensor, places[held], barrier, float(height_m))]
             found[held] = True
         return found
 

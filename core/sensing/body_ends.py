@@ -150,16 +150,15 @@ class Shadow(NamedTuple):
     cut_m: NDArray[np.float64]
 
 
-def listed_ends(sensor: Sensor, directions: NDArray[np.float64], solid: Solid) -> NDArray[np.float64]:
-    """Return the distance in metres (n,) at which some rays of a sensor first meet the solid beyond the housing, inf if
-    free.
+def listed_ends(sensor: Sensor, directions: NDArray[np.float64], barrier: Barrier) -> NDArray[np.float64]:
+    """Return the distance in metres (n,) at which some rays of a sensor first meet its barrier, inf if free.
 
     directions (n, 3): unit vectors in the vehicle frame. One by one through the tree, by any thread; a ray that ends
-    with the sensor's range before the solid is free.
+    with the sensor's range before the barrier is free.
     """
     from riglens.core.kernels.body.solid import meet_listed  # the compiler
 
-    barrier, place = barrier_of(sensor, solid), np.array(sensor.position, np.float64)
+    place = np.array(sensor.position, np.float64)
     most = np.full(len(directions), sensor.range_m[1])
     rays = np.ascontiguousarray(directions)
     return meet_listed(place, rays, barrier.tree, barrier.stops, most, barrier.start_m)[0]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 from riglens.core.rig.model import Rig
-from riglens.core.sensing.body_ends import listed_ends
+from riglens.core.sensing.body_ends import barrier_of, listed_ends
 from riglens.core.sensing.rays import lattice, rotate
 from riglens.core.vehicle.body import body_parts
 from riglens.core.vehicle.housings import car_of
@@ -115,7 +115,7 @@ def _ends(rig: Rig, number: int) -> Points:
     count = len(rays.rows) * len(rays.planes)  # 0 if the whole sensor is blocked
     chosen = np.unique(np.linspace(0, count - 1, min(count, RAYS_SHOWN)).astype(np.int64))
     ahead, origin = rotate(sensor.pose.rotation(), rays.directions(chosen)), np.array(sensor.position)
-    stops = np.minimum(listed_ends(sensor, ahead, car_of(rig)), sensor.range_m[1])
+    stops = np.minimum(listed_ends(sensor, ahead, barrier_of(sensor, car_of(rig))), sensor.range_m[1])
     with np.errstate(divide="ignore", invalid="ignore"):
         ground = np.where(ahead[:, 2] < 0.0, -origin[2] / ahead[:, 2], np.inf)
     reach = np.minimum(np.minimum(stops, RAY_M), np.maximum(ground, 0.0))

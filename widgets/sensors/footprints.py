@@ -95,7 +95,7 @@ class FootprintsLayer:
     def _found(
         self, sensor: Sensor, limits: tuple[float, ...], solid: Solid | None, quick: bool
     ) -> Footprint:
-        key = (rays_of(sensor), limits, "" if solid is None else solid.fingerprint)
+        key = (rays_of(sensor), limits, "" if solid is None else _fingerprint(sensor, solid))
         known = self._known.get(key)
         if known is not None:
             return known
@@ -107,7 +107,16 @@ class FootprintsLayer:
         return found
 
 
-@lru_cache(maxsize=8)
+def _fingerprint(sensor: Sensor, solid: Solid) -> str:
+    """Return what tells whether a body hides the same of a sensor's view: the move of a housing out of it does."""
+    if not solid.housings:
+        return solid.fingerprint
+    from riglens.core.sensing.body_ends import obstacle_of  # the compiler
+
+    return obstacle_of(sensor, solid).fingerprint
+
+
+@lru_cache(maxsize=_MOST_KEPT)
 def quick_footprint(sensor: Sensor, limits: tuple[float, ...]) -> Footprint:
     """Return a footprint without the car's body, and coarser where it is bent: that of a pinhole camera is exact."""
     return footprint(sensor, limits, step_deg=_QUICK_DEG)

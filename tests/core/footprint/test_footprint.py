@@ -13,7 +13,7 @@ from riglens.core.footprint.ground import EN_62676_4, Band, Footprint, footprint
 from riglens.core.footprint.overlap import bearings, overlaps
 from riglens.core.rig.library import default_library
 from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt, Lidar, LinearAngles, Vehicle
-from riglens.core.sensing.body_ends import listed_ends
+from riglens.core.sensing.body_ends import barrier_of, listed_ends
 from riglens.core.sensors.camera import project_px
 from riglens.core.sensors.kind import Echo
 from riglens.core.sensors.radar import Radar, RadarScan, in_field
@@ -141,7 +141,7 @@ def test_what_the_body_hides_is_left_out_and_nothing_else() -> None:
     places = places_around(12.0)
     offset = np.column_stack([places, np.full(len(places), -1.8)])
     distance = np.linalg.norm(offset, axis=1)
-    is_hidden = listed_ends(roof, offset / distance[:, None], solid) < distance
+    is_hidden = listed_ends(roof, offset / distance[:, None], barrier_of(roof, solid)) < distance
     expected = np.where(is_hidden, 0, level_at(free, places))
     assert np.mean(level_at(cut, places) == expected) > 0.99
 

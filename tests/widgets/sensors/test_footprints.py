@@ -7,6 +7,7 @@ import pyvista as pv
 from riglens.core.footprint.ground import EN_62676_4, footprint
 from riglens.core.rig.model import Camera, KannalaBrandt, Vehicle
 from riglens.core.sensors.ultrasonic import Ultrasonic
+from riglens.core.vehicle.housings import with_housings
 from riglens.core.vehicle.solid import solid_of
 from riglens.widgets.sensors.footprints import FootprintsLayer, tints
 from riglens.widgets.theme import DARK
@@ -57,3 +58,14 @@ def test_at_rest_the_body_hides_ground(layer):
     layer.show([low], True, True, DARK, EN_62676_4, solid, False)
     area = drawn(layer, True).triangulate().compute_cell_sizes()["Area"].sum()
     assert area == pytest.approx(footprint(low, solid=solid).area_m2, rel=1e-4)
+
+
+def test_a_housing_hides_ground_where_it_is_in_view(layer):
+    low, body = CAMERA.replace(rpy_deg=(0.0, 20.0, 0.0)), solid_of(Vehicle())
+    areas = []
+    for x in (-0.5, 0.3, -0.6):
+        solid = with_housings(body, (CAMERA.replace(name="other", position=(x, 0.0, 1.4)),))
+        layer.show([low], True, True, DARK, EN_62676_4, solid, False)
+        areas.append(drawn(layer, True).triangulate().compute_cell_sizes()["Area"].sum())
+        assert areas[-1] == pytest.approx(footprint(low, solid=solid).area_m2, rel=1e-4)
+    assert areas[0] == areas[2] > 1.001 * areas[1]
