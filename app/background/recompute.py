@@ -148,10 +148,10 @@ class Recompute(QObject):
         if self._scoring is not None:
             self._scoring.rest()
 
-    def wait_until_idle(self, timeout_s: float = 60.0) -> bool:
-        """Block until nothing but background requests waits or runs; False on timeout. Results may still be queued
-        as Qt events."""
-        return self._queue.wait_until_idle(timeout_s, Priority.EDIT)
+    def wait_until_idle(self, timeout_s: float = 60.0, down_to: Priority = Priority.EDIT) -> bool:
+        """Block until nothing as urgent as `down_to` waits or runs, usually all but background requests; False on
+        timeout. Results may still be queued as Qt events."""
+        return self._queue.wait_until_idle(timeout_s, down_to)
 
     def close(self) -> None:
         """Cancel all work and end the thread."""

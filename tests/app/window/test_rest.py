@@ -10,13 +10,14 @@ import numpy as np
 from pytestqt.qtbot import QtBot
 
 from riglens.app.background.counting import make_counter
+from riglens.app.background.queue import Priority
 from riglens.core.engine.engine import Engine, Evaluation
 from riglens.core.targets.contribution import Contribution
 from riglens.core.targets.counts import Counted, ObjectCounts
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.groups import Groups
 from tests.app.window_bench import CAMERA, LIDAR, Bench, open_bench
-from tests.waiting import TIMEOUT_MS
+from tests.waiting import TIMEOUT_MS, TIMEOUT_S
 
 HEAVY = (Engine, TargetEngine, Evaluation, Contribution, Counted, ObjectCounts, Groups)
 
@@ -34,6 +35,7 @@ def held(bench: Bench) -> tuple[Counter[str], int]:
         timeout=TIMEOUT_MS,
     )
     assert bench.workbench.counter.wait_until_idle()
+    assert bench.workbench.recompute.wait_until_idle(TIMEOUT_S, Priority.BACKGROUND)
     bench.workbench.rest()
     gc.collect()
     found = [one for one in gc.get_objects() if isinstance(one, HEAVY)]
