@@ -17,6 +17,11 @@ from typing import Any
 
 from riglens.core.errors import InputError
 
+LOOK_S = 0.2
+"""Seconds between checks whether the work is still wanted."""
+Tell = Callable[[float, str], None]
+"""Takes the share done, and the stage, empty for the same as before; may raise to cancel."""
+
 
 @dataclass(frozen=True)
 class Failure:
@@ -47,6 +52,22 @@ class OwnProcess:
             self.end()
             raise InputError(message.line)
         return message
+
+    def result(self, tell: Tell) -> Any:
+        """Return the first message that is no progress, a pair of share and stage; `tell` takes those meanwhile.
+
+        Raise as `receive`, and end the process in any case.
+        """
+        try:
+            said: Any = (0.0, "")
+            while isinstance(said, tuple):
+                tell(*said)
+                while not self.pipe.poll(LOOK_S):
+                    tell(said[0], "")
+                said = self.receive()
+            return said
+        finally:
+            self.end()
 
     def end(self) -> None:
         """End the process at once, at any moment: files appear whole or not at all."""

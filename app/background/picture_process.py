@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
 
 from PySide6.QtCore import QObject
 
-from riglens.app.background.own_process import OwnProcess
+from riglens.app.background.own_process import OwnProcess, Tell
 from riglens.app.background.worker import BackgroundWorker, Context
 from riglens.core.errors import InputError
+from riglens.core.monitor import Monitor, Stage
 from riglens.rendering.display import prepare_drawing
 
 WORK = "riglens.app.background.picture_process:main"
 SET_WORK = "riglens.app.background.picture_process:main_set"
-_POLL_S = 0.2
 
 
 @dataclass(frozen=True)
@@ -69,23 +69,14 @@ class PictureMaker(BackgroundWorker[PictureJob, bytes]):
         return png
 
 
-def drawn_set(
-    state: object, folder: Path, size_px: tuple[int, int], scale: int, progress: Callable[[float], object]
-) -> int:
-    """Write the set of pictures of a scene state in a process of its own; return the number of files.
-
-    `progress` is called again and again, and may raise to cancel.
-    """
+def drawn_set(state: object, folder: Path, size_px: tuple[int, int], scale: int, tell: Tell) -> int:
+    """Write the set of pictures of a scene state in a process of its own; return the number of files."""
     process = OwnProcess(SET_WORK)
     try:
         process.pipe.send((state, folder, size_px, scale))
-        while not process.pipe.poll(_POLL_S):
-            progress(0.0)
-        count: int = process.receive()
+        count: int = process.result(tell)
     except (EOFError, OSError) as error:
         raise InputError("the drawing process exited without a result") from error
-    finally:
-        process.end()
     return count
 
 
@@ -95,7 +86,20 @@ def main_set(pipe: Connection) -> None:
     prepare_drawing()
     from riglens.rendering.picture_set import write_set
 
-    pipe.send(len(write_set(*pipe.recv())))
+    state, folder, size_px, scale = pipe.recv()
+    pipe.send(len(write_set(state, folder, size_px, scale, _Sent(pipe))))
+
+
+class _Sent(Monitor):
+    """Sends the progress of drawing through a pipe."""
+
+    def __init__(self, pipe: Connection) -> None:
+        self._pipe = pipe
+
+    @contextmanager
+    def stage(self, title: str) -> Iterator[Stage]:
+        """Send the share that is done, with what is under way or the title."""
+        yield lambda share, under_way="": self._pipe.send((share, under_way or title))
 
 
 def _draw(job: PictureJob) -> bytes:

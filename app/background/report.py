@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from riglens.app.background.own_process import OwnProcess
+from riglens.app.background.own_process import OwnProcess, Tell
 from riglens.core.errors import InputError
 from riglens.core.rig.model import Rig
 from riglens.evaluation.options import ReportOptions, SceneOptions, ScoreOptions
 
 WORK = "riglens.app.commands.report:serve"
-LOOK_S = 0.2
-"""Seconds between checks whether the report is still wanted."""
-Tell = Callable[[float, str], None]
-"""Takes the share done, and the stage, empty for the same as before."""
 
 
 @dataclass(frozen=True)
@@ -40,16 +35,9 @@ def make_report(job: ReportJob, tell: Tell, work: str = WORK) -> Path:
     process = OwnProcess(work)
     try:
         process.pipe.send(job)
-        said: tuple[float, str] | str = (0.0, "")
-        while isinstance(said, tuple):
-            tell(*said)
-            while not process.pipe.poll(LOOK_S):
-                tell(said[0], "")
-            said = process.receive()
+        said: str = process.result(tell)
     except (EOFError, OSError) as error:
         raise InputError("the process exited without a message") from error
-    finally:
-        process.end()
     if said:
         raise InputError(said)
     return job.out

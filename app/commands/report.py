@@ -10,7 +10,8 @@ from typing import Annotated
 
 from cyclopts import Group, Parameter
 
-from riglens.app.background.report import ReportJob, Tell
+from riglens.app.background.own_process import Tell
+from riglens.app.background.report import ReportJob
 from riglens.app.commands.options import (
     AnyRigs,
     RigArguments,

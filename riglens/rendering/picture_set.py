@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from base64 import b64encode
 from collections.abc import Iterator
@@ -14,13 +13,13 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.blind.zones import BlindEngine, BlindSettings
+from riglens.core.blind.zones import BlindEngine, BlindMap, BlindSettings
 from riglens.core.errors import InputError
 from riglens.core.files import write_file
 from riglens.core.footprint.document import footprints_of
 from riglens.core.footprint.ground import Footprint
 from riglens.core.monitor import SILENT, Monitor
-from riglens.core.rig.model import Camera, Rig
+from riglens.core.rig.model import Camera, Rig, Vehicle
 from riglens.core.shown_text import visible
 from riglens.core.vehicle.solid import solid_of
 from riglens.evaluation.ground_map import ground_map
@@ -28,6 +27,7 @@ from riglens.evaluation.ground_map import ground_map
 if TYPE_CHECKING:  # what draws is loaded with the first picture
     from riglens.widgets.drawing.camera import OrbitCamera
     from riglens.widgets.theme import Palette
+    from riglens.widgets.viewport.ground_map import GroundMap
     from riglens.widgets.viewport.scene_state import SceneState
 
 VIEWS = {
@@ -38,8 +38,10 @@ VIEWS = {
     "rear": ("rear", "The car from behind, level."),
 }
 CAPTIONS = "captions.txt"
-_CLOSE_UP_M, _NEARER = 1.0, 0.62
 _FROM_AHEAD_DEG, _FILLED = (-38.0, 24.0), 0.86
+_KEY = 0.15
+"""Share of a picture's height that its key has to itself."""
+_SHADOW_M = 0.4
 _AROUND_M = 4.5
 """Ground beside the car in the picture of blind zones."""
 _SCALE = 12.0
@@ -57,17 +59,19 @@ class Shot(NamedTuple):
 
     def drawn(self, size_px: tuple[int, int], scale: int) -> NDArray[np.uint8]:
         """Draw the picture: as wide as requested, that of a sensor in its proportions."""
-        from riglens.widgets.drawing.lens import bend_of
+        from riglens.widgets.drawing.lens import bends_of
         from riglens.widgets.viewport.still import render_still
 
         if self.sensor is None:
             return render_still(self.state, size_px, scale, transparent=True)
         width, height = self.sensor.image
         size = (size_px[0] * scale, max(1, round(size_px[0] * height / width)) * scale)
-        bend = bend_of(self.sensor, size, scale)
-        assert bend is not None  # a lens too wide has no shot
-        flat = (bend.size[0] // scale, bend.size[1] // scale)
-        return bend.of(render_still(replace(self.state, camera=bend.view), flat, scale))
+        image = np.zeros((size[1], size[0], 3), np.uint8)
+        for bend in bends_of(self.sensor, size, scale):
+            flat = (bend.size[0] // scale, bend.size[1] // scale)
+            seen = bend.of(render_still(replace(self.state, camera=bend.view), flat, scale))
+            image = np.where(np.isfinite(bend.places[..., :1]), seen, image)
+        return image
 
 
 def write_set(
@@ -82,9 +86,10 @@ def write_set(
     from riglens.widgets.viewport.still import png_of
 
     folder.mkdir(parents=True, exist_ok=True)
-    shots, written, captions = list(_shots(state, monitor)), [], []
+    shots, written, captions = list(_shots(state, size_px, monitor)), [], []
     with monitor.stage("Drawing") as progress:
         for number, shot in enumerate(shots):
+            progress(number / len(shots), shot.name)
             image = shot.drawn(size_px, scale)
             png = png_of(image)
             svg = _embedded(png, (image.shape[1], image.shape[0]), shot)
@@ -94,7 +99,6 @@ def write_set(
                 written.append(folder / f"{shot.name}{suffix}")
                 write_file(written[-1], content)
             captions.append(f"{shot.name}: {shot.caption}")
-            progress((number + 1) / len(shots))
     written.append(folder / CAPTIONS)
     write_file(written[-1], ("\n".join([visible(state.rig.name), *captions]) + "\n").encode())
     return tuple(written)
@@ -107,25 +111,26 @@ def car_with_sensors(rig: Rig) -> tuple[bytes, tuple[int, int], tuple[tuple[floa
     from riglens.widgets.viewport.still import png_of, render_still
 
     size_px = 1040, 680
-    state = _close_up(_plain(rig_state(rig, "light")), "iso", _FROM_AHEAD_DEG, size_px)
-    masts = tuple(replace(mast, short="", full="") for mast in state.masts)
+    state = _unlabelled(_plain(rig_state(rig, "light")))
+    camera = _close_up(state, "iso", size_px, direction_deg=_FROM_AHEAD_DEG)
     places = np.array([one.position for one in rig.sensors]).reshape(-1, 3)
-    camera = _filling(
-        state.camera, np.concatenate([solid_of(rig.vehicle).triangles_m.reshape(-1, 3), places]), size_px
-    )
     seen = camera.project(places, size_px)[:, :2].tolist()
-    image = render_still(replace(state, camera=camera, masts=masts), size_px, transparent=True)
+    image = render_still(replace(state, camera=camera), size_px, transparent=True)
     return png_of(image), size_px, tuple((x, y) for x, y in seen)
 
 
-def _filling(camera: OrbitCamera, places_m: NDArray[np.float64], size_px: tuple[int, int]) -> OrbitCamera:
-    """Return the camera moved until places (n, 3) fill a picture, with a margin for labels."""
+def _filling(
+    camera: OrbitCamera, places_m: NDArray[np.float64], size_px: tuple[int, int], below: float = 0.0
+) -> OrbitCamera:
+    """Return the camera moved until places (n, 3) fill a picture above a share of its height, with a margin for
+    labels."""
+    room = np.array([size_px[0], (1.0 - below) * size_px[1]])
     for _ in range(4):
         seen = camera.project(places_m, size_px)[:, :2]
         low, high = seen.min(axis=0), seen.max(axis=0)
-        dx, dy = (np.array(size_px) - low - high) / 2.0
+        dx, dy = (room - low - high) / 2.0
         camera = camera.panned(float(dx), float(dy), size_px)
-        share = float(((high - low) / size_px).max())
+        share = float(((high - low) / room).max())
         camera = replace(camera, distance_m=camera.distance_m * share / _FILLED)
     return camera
 
@@ -141,62 +146,88 @@ def _plain(state: SceneState) -> SceneState:
     )  # fmt: skip
 
 
-def _shots(state: SceneState, monitor: Monitor) -> Iterator[Shot]:
+def _unlabelled(state: SceneState) -> SceneState:
+    """Return a state without the lengths of masts."""
+    return replace(state, masts=tuple(replace(mast, short="", full="") for mast in state.masts))
+
+
+def _shots(state: SceneState, size_px: tuple[int, int], monitor: Monitor) -> Iterator[Shot]:
     """Yield the pictures of the set."""
     plain = _plain(state)
     for name, (view, caption) in VIEWS.items():
-        close = _close_up(plain, view)
-        yield Shot(name, caption, close)
-    above = replace(plain, ray_look=replace(plain.ray_look, fill="ground"), show_legend=True)
-    reach = _reach_m(state.rig)
-    if reach > 0.0:
-        yield Shot("footprints", _footprint_caption(state.rig), _from_above(above, reach))
+        shown = _unlabelled(plain) if name == "top" else plain  # a height is not seen from above
+        yield Shot(name, caption, replace(shown, camera=_close_up(shown, view, size_px, _SHADOW_M)))
+    above = _unlabelled(replace(plain, ray_look=replace(plain.ray_look, fill="ground"), show_legend=True))
+    found = footprints_of(state.rig)
+    patches = [patch for one in found for band in one.bands for patch in band.patches]
+    if patches:
+        camera = _from_above(above, np.concatenate(patches), size_px)
+        yield Shot("footprints", _footprint_caption(state.rig), replace(above, camera=camera))
     if not state.vehicle.lacks_mesh:
         with monitor.stage("Casting rays"):
-            found = BlindEngine(state.vehicle, BlindSettings(), threads=None).evaluate(state.rig)
+            zones = BlindEngine(state.vehicle, BlindSettings(), threads=None).evaluate(state.rig)
         caption = "Lowest height at which an object beside the car is seen, 0.3 m wide; less is better."
-        blind = replace(above, ground_map=ground_map(found, "any", 1))
-        yield Shot("blind-zones", caption, _from_above(blind, state.vehicle.width / 2 + _AROUND_M))
-    from riglens.widgets.drawing.camera import through
+        hidden = _where_hidden(zones)
+        camera = _from_above(above, _near_car(hidden, state.vehicle), size_px)
+        yield Shot("blind-zones", caption, replace(above, camera=camera, ground_map=hidden))
+    for sensor in state.rig.enabled_cameras():
+        width, height = sensor.image
+        *limits, last = (f"{limit:g}" for limit in state.ray_look.px_per_m)
+        words = f"{', '.join(limits)} and {last}" if limits else last
+        bands = f", with bands of at least {words} px/m" if state.shows_footprints else ""
+        caption = f"What {visible(sensor.name)} sees: {width} × {height} px{bands}."
+        seen = replace(state, hidden=state.hidden - {sensor.name}).seen_by(sensor.name, state.camera)
+        yield Shot(f"camera-{_file_name(sensor.name)}", caption, seen, sensor)
 
-    for camera in state.rig.enabled_cameras():
-        lens = through(camera)
-        if lens is not None:
-            width, height = camera.image
-            limits = ", ".join(f"{limit:g}" for limit in state.ray_look.px_per_m)
-            bands = f", with bands down to {limits} px/m" if state.shows_footprints else ""
-            caption = f"What {visible(camera.name)} sees: {width} × {height} px{bands}."
-            seen = replace(state, hidden=state.hidden - {camera.name}).seen_by(camera.name, lens)
-            yield Shot(f"camera-{_file_name(camera.name)}", caption, seen, camera)
+
+def _where_hidden(zones: BlindMap) -> GroundMap:
+    """Return the map of blind zones, clear where even the lowest object is seen."""
+    found = ground_map(zones, "any", 1)
+    lowest, *others = found.meanings
+    return replace(found, meanings=(lowest._replace(opacity=0.0), *others))
+
+
+def _near_car(hidden: GroundMap, vehicle: Vehicle) -> NDArray[np.float64]:
+    """Return places (n, 2) that a picture of blind zones shows: the car, and cells of the zones as far as
+    `_AROUND_M`."""
+    corner = np.array([vehicle.length, vehicle.width]) / 2.0
+    cells = np.argwhere((hidden.steps > 0) & (hidden.steps < len(hidden.meanings)))
+    places = np.array(hidden.origin_m) + hidden.cell_m * (cells + 0.5)
+    shown = np.clip(np.concatenate([[-corner, corner], places]), -corner - _AROUND_M, corner + _AROUND_M)
+    return np.asarray(shown)
 
 
 def _close_up(
     state: SceneState,
     view: str,
+    size_px: tuple[int, int],
+    shadow_m: float = 0.0,
     direction_deg: tuple[float, float] | None = None,
-    size_px: tuple[int, int] = (1600, 1000),
-) -> SceneState:
-    """Return the state with the car filling a picture seen from a named direction, or from an azimuth and elevation."""
+) -> OrbitCamera:
+    """Return the camera that fills a picture with the car, its shadow beside it and the sensors near it, seen from a
+    named direction, or from an azimuth and elevation."""
     from riglens.widgets.drawing.camera import framed, view_camera
 
     vehicle = state.vehicle
-    camera = view_camera(view, state.grid, 1.6, car_m=(vehicle.length, vehicle.height))
-    x, y = _CLOSE_UP_M * vehicle.length / 2, _CLOSE_UP_M * vehicle.width / 2
-    corners = np.array([(-x, -y, 0.0), (x, y, vehicle.height), *(one.position for one in state.shown)])
-    near = corners[np.abs(corners).max(axis=1) < 4.0 * vehicle.length]
+    camera = view_camera(view, state.grid, size_px[0] / size_px[1], car_m=(vehicle.length, vehicle.height))
+    x, y = vehicle.length / 2, vehicle.width / 2
+    box = np.array([(at, side, z) for at in (-x, x) for side in (-y, y) for z in (0.0, vehicle.height)])
+    shadow = box[::2] + shadow_m * np.sign(box[::2]) if shadow_m else box[:0]
+    car = box if vehicle.lacks_mesh else solid_of(vehicle).triangles_m.reshape(-1, 3)
+    places = np.concatenate([shadow, car, *(np.array([one.position]) for one in state.shown)])
+    near = places[np.abs(places).max(axis=1) < 4.0 * vehicle.length]
     if direction_deg is not None:
         camera = replace(camera, azimuth_deg=direction_deg[0], elevation_deg=direction_deg[1])
-    camera = framed(camera, near, size_px)
-    return replace(state, camera=replace(camera, distance_m=_NEARER * camera.distance_m))
+    return _filling(framed(camera, near, size_px), near, size_px)
 
 
-def _from_above(state: SceneState, reach_m: float) -> SceneState:
-    """Return the state seen from straight above up to a distance from the car."""
-    from riglens.widgets.drawing.camera import view_camera
+def _from_above(state: SceneState, places_m: NDArray[np.float64], size_px: tuple[int, int]) -> OrbitCamera:
+    """Return the camera straight above that fills a picture with places (n, 2) on the ground, above its key."""
+    from riglens.widgets.drawing.camera import framed, view_camera
 
-    camera = view_camera("top", state.grid, 1.6)
-    distance = 1.06 * reach_m / math.tan(math.radians(camera.view_angle_deg) / 2)
-    return replace(state, camera=replace(camera, distance_m=distance))
+    camera = view_camera("top", state.grid, size_px[0] / size_px[1])
+    ground = np.column_stack([places_m, np.zeros(len(places_m))])
+    return _filling(framed(camera, ground, size_px), ground, size_px, _KEY)
 
 
 def _reach_m(rig: Rig) -> float:

@@ -226,8 +226,12 @@ def through(camera: Camera) -> OrbitCamera | None:
     wide, high = field_of_view_deg(camera)
     if not (wide <= _WIDEST_DEG and high <= _WIDEST_DEG):
         return None
-    ahead = camera.pose.rotation()[:, 0]
+    return along(camera, camera.pose.rotation()[:, 0], high)
+
+
+def along(camera: Camera, ahead: Points, view_angle_deg: float) -> OrbitCamera:
+    """Return the view from a camera's place along a unit vector (3,)."""
     x, y, z = (np.array(camera.position) + _AHEAD_M * ahead).tolist()
     azimuth = math.degrees(math.atan2(-ahead[1], -ahead[0]))
     elevation = math.degrees(math.asin(max(-1.0, min(1.0, -ahead[2]))))
-    return OrbitCamera((x, y, z), _AHEAD_M, azimuth, elevation, view_angle_deg=high)
+    return OrbitCamera((x, y, z), _AHEAD_M, azimuth, elevation, view_angle_deg=view_angle_deg)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from riglens.core.rig.model import Camera
 from riglens.core.sensors.camera import pixel_directions
-from riglens.widgets.drawing.camera import OrbitCamera, Size, through
+from riglens.widgets.drawing.camera import OrbitCamera, Size, along, through
 
 _LEAST_DEPTH, _MOST_PX = 0.25, 4096
 """Share of a direction along the view below which the flat picture would be too wide, and sides of that picture."""
@@ -48,8 +48,29 @@ def bend_of(camera: Camera, size: Size, step: int = 1) -> Bend | None:
     view = through(camera)
     if view is None:
         return None
-    optics = camera.replace(name="optics", position=(0.0, 0.0, 0.0), rpy_deg=(0.0, 0.0, 0.0))
-    right, up, forward = (_directions(optics, size) @ camera.pose.rotation().T @ np.array(view.axes()).T).T
+    return _bent(camera, size, step, view, _world_directions(camera, size))
+
+
+def bends_of(camera: Camera, size: Size, step: int = 1) -> tuple[Bend, ...]:
+    """Return the flat pictures that make up one through a lens of any width: one, or the faces of a cube of which each
+    pixel has the nearest; other pixels are not imaged."""
+    whole = bend_of(camera, size, step)
+    if whole is not None:
+        return (whole,)
+    rays, turned = _world_directions(camera, size), camera.pose.rotation()
+    faces = np.array([turned[:, 0], turned[:, 1], -turned[:, 1], turned[:, 2], -turned[:, 2]])
+    nearest = (rays @ faces.T).argmax(axis=1)
+    places = tuple(np.where((nearest == n)[:, None], rays, np.nan) for n in range(len(faces)))
+    return tuple(
+        _bent(camera, size, step, along(camera, face, 90.0), seen)
+        for face, seen in zip(faces, places, strict=True)
+        if np.isfinite(seen).any()
+    )
+
+
+def _bent(camera: Camera, size: Size, step: int, view: OrbitCamera, rays: NDArray[np.float64]) -> Bend:
+    """Return the bend of a view for the rays (n, 3) of a picture's pixels in the world, NaN for those left out."""
+    right, up, forward = (rays @ np.array(view.axes()).T).T
     with np.errstate(all="ignore"):
         depth = np.where(forward > _LEAST_DEPTH, forward, np.nan)
         x, y = right / depth, up / depth
@@ -60,6 +81,12 @@ def bend_of(camera: Camera, size: Size, step: int = 1) -> Bend | None:
     view = replace(view, view_angle_deg=2.0 * math.degrees(math.atan(flat[1] / 2.0 / px)))
     places = np.stack([flat[0] / 2.0 + px * x, flat[1] / 2.0 - px * y], axis=-1)
     return Bend(view, flat, places.reshape(size[1], size[0], 2))
+
+
+def _world_directions(camera: Camera, size: Size) -> NDArray[np.float64]:
+    """Return the directions (n, 3) of the pixels of a picture in the vehicle frame."""
+    optics = camera.replace(name="optics", position=(0.0, 0.0, 0.0), rpy_deg=(0.0, 0.0, 0.0))
+    return np.asarray(_directions(optics, size) @ camera.pose.rotation().T)
 
 
 @lru_cache(maxsize=4)

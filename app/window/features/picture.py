@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
 from PySide6.QtGui import QGuiApplication, QImage
 
+from riglens.app.background.own_process import Tell
 from riglens.app.background.picture_process import PictureJob, PictureMaker, drawn_set
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
@@ -100,18 +100,20 @@ class Picture(Feature):
     def export_set(self) -> None:
         """Ask for a folder, and write the set of pictures into it."""
         suggestion = beside_rig(self.document, f"{self.document.rig.name} pictures", "")
-        folder = self.bench.dialogs.export_rig(self.bench.window, suggestion, "Export picture set", True)
+        folder = self.bench.dialogs.export_rig(self.bench.window, suggestion, "the picture set", True)
         if folder is None:
             return
         state = self.viewport.state
 
-        def write(progress: Callable[[float], object]) -> int:
-            return drawn_set(state, folder, SET_PX, SET_SCALE, progress)
+        def write(tell: Tell) -> int:
+            return drawn_set(state, folder, SET_PX, SET_SCALE, tell)
 
         self.bench.tasks.run(
             "Drawing the picture set",
             write,
-            lambda count: self.bench.status.showMessage(f"{count} files written to {folder}", TOLD_MS),
+            lambda count: self.bench.status.showMessage(
+                f"Picture set: {count} files written to {folder}", TOLD_MS
+            ),
         )
 
     def _counted(self) -> Values:

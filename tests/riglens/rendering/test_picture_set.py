@@ -28,7 +28,7 @@ def written(tmp_path_factory, xvfb):
 
 def test_the_set_has_all_pictures_twice_and_their_captions(written):
     folder, files = written
-    names = [*VIEWS, "footprints", "blind-zones", "camera-front-left-1"]
+    names = [*VIEWS, "footprints", "blind-zones", "camera-front-left-1", "camera-wide"]
     assert {file.name for file in files} == {f"{n}{s}" for n in names for s in (".png", ".svg")} | {CAPTIONS}
     captions = (folder / CAPTIONS).read_text(encoding="utf-8").splitlines()
     assert captions[0] == "two" and [line.split(":")[0] for line in captions[1:]] == names
@@ -50,6 +50,30 @@ def test_what_a_camera_sees_has_its_proportions_and_the_ground(written):
     width, height = CAMERA.image
     assert seen.shape[:2] == (round(160 * height / width), 160) and seen[..., 3:].min(initial=1.0) == 1.0
     assert np.ptp(seen[..., :3]) > 0.1
+
+
+def test_a_lens_of_half_the_sphere_has_a_picture_too(written):
+    folder, _ = written
+    seen = matplotlib.image.imread(folder / "camera-wide.png")
+    assert seen.shape[:2] == (120, 160) and np.ptp(seen[..., :3]) > 0.1
+    assert seen[60, 10, :3].max() > 0.0 and seen[60, 150, :3].max() > 0.0  # at 72 degrees to both sides
+
+
+def test_the_car_and_its_shadow_fill_their_pictures(written):
+    folder, _ = written
+    for name in VIEWS:
+        drawn = matplotlib.image.imread(folder / f"{name}.png")[..., 3] > 0.0
+        wide, high = (
+            np.ptp(np.flatnonzero(drawn.any(axis=axis))) / side for axis, side in ((0, 160), (1, 100))
+        )
+        assert 0.7 < max(wide, high) < 1.0, name
+
+
+def test_ground_where_the_lowest_object_is_seen_is_clear(written):
+    folder, _ = written
+    alpha = matplotlib.image.imread(folder / "blind-zones.png")[..., 3]
+    ahead, behind = alpha[40, 120], alpha[40, 40]
+    assert ahead == 0.0 and behind > 0.3
 
 
 def test_the_drawing_of_footprints_has_a_polygon_per_patch(written):

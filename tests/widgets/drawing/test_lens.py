@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt
-from riglens.core.sensors.camera import project_px
-from riglens.widgets.drawing.lens import bend_of
+from riglens.core.sensors.camera import pixel_directions, project_px
+from riglens.widgets.drawing.lens import bend_of, bends_of
 
 POSE = {"position": (0.4, -0.2, 1.5), "rpy_deg": (7.0, 4.0, 30.0)}
 SIZE = (80, 60)
@@ -75,3 +75,20 @@ def test_a_bent_pixel_is_mixed_of_the_four_around_its_place_and_the_edge_goes_on
 
 def test_a_lens_too_wide_has_no_flat_picture() -> None:
     assert bend_of(CAMERAS[0].replace(hfov_deg=150.0), SIZE) is None
+
+
+def test_a_lens_too_wide_for_a_flat_picture_has_several_that_share_its_pixels() -> None:
+    camera = Camera(
+        name="wide", image=(320, 240), fx=90.0, fy=90.0, cx=160.0, cy=120.0, distortion=KannalaBrandt(), **POSE,
+    )  # fmt: skip
+    assert bend_of(camera, SIZE) is None and len(bends_of(CAMERAS[0], SIZE)) == 1
+    bends = bends_of(camera, SIZE, 2)
+    u, v = np.meshgrid(*((np.arange(most) + 0.5) * 4.0 for most in SIZE))
+    rays = pixel_directions(camera, np.stack([u, v], axis=-1).reshape(-1, 2)).reshape(*SIZE[::-1], 3)
+    imaged = [np.isfinite(bend.places[..., 0]) for bend in bends]
+    assert len(bends) > 1 and (sum(imaged) == np.isfinite(rays[..., 0])).all()
+    for bend, here in zip(bends, imaged, strict=True):
+        world = 20.0 * rays[here] @ camera.pose.rotation().T + bend.view.position_m()
+        flat = bend.view.project(world, bend.size)[:, :2]
+        np.testing.assert_allclose(bend.places[here], flat, atol=1e-6)
+        assert (flat >= -1.0).all() and (flat <= np.array(bend.size) + 1.0).all()
