@@ -44,6 +44,7 @@ class Actions:
         self._places = places
         self._actions: dict[str, QAction] = {}
         self._groups: dict[str, QActionGroup] = {}
+        self._tips: dict[str, str] = {}
         self.specs: tuple[Spec, ...] = ()
 
     def __getitem__(self, key: str) -> QAction:
@@ -70,13 +71,19 @@ class Actions:
         if spec.shortcut:
             action.setShortcuts(QKeySequence.listFromString(spec.shortcut))
         shown = shortcut_text(action)
-        action.setToolTip(f"{spec.tip} ({shown})" if shown else spec.tip)
+        self._tips[spec.key] = f"{spec.tip} ({shown})" if shown else spec.tip
+        action.setToolTip(self._tips[spec.key])
         action.setCheckable(spec.is_checkable or bool(spec.group))
         if spec.group:
             group = self._groups.setdefault(spec.group, QActionGroup(self._window))
             group.addAction(action)
         self._window.addAction(action)
         return action
+
+    def allow(self, key: str, obstacle: str = "") -> None:
+        """Enable an action, or disable it and say in its tooltip what is in the way, one sentence."""
+        self[key].setEnabled(not obstacle)
+        self[key].setToolTip("\n".join(filter(None, (self._tips[key], obstacle))))
 
     def keys(self, key: str) -> str:
         """Return the shortcuts of an action as a user reads them, empty when it has none."""

@@ -7,7 +7,7 @@ from PySide6.QtWidgets import QMenu
 
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
-from riglens.app.window.features.sensors import follow_marks
+from riglens.app.window.features.sensors import follow_marks, hold_of
 from riglens.app.window.workbench import Workbench
 from riglens.core.rig.groups import Alignment
 
@@ -57,11 +57,13 @@ class Arrange(Feature):
         follow_marks(self.document, self._update)
 
     def _update(self) -> None:
-        count = len(self.document.chosen) if self.document.is_free else 0
+        hold, count = hold_of(self.document), len(self.document.chosen)
         for key in ALIGNMENTS:
-            self.actions[key].setEnabled(count > 1 or (key == "align_centre" and count == 1))
-        self._menu.setEnabled(count > 0)
-        self.actions["space"].setEnabled(count > 2)
+            is_enough = count > 1 or key == "align_centre"
+            self.actions.allow(key, hold or ("" if is_enough else "Select two sensors or more."))
+        self._menu.setEnabled(not hold)
+        self._menu.menuAction().setToolTip(hold)
+        self.actions.allow("space", hold or ("" if count > 2 else "Select three sensors or more."))
 
 
 ON_NOTHING = (

@@ -92,7 +92,7 @@ class Compare(Feature):
         self._show_pinned()
 
     def _show_pinned(self) -> None:
-        self.actions["unpin"].setEnabled(self.session.pinned is not None)
+        self.actions.allow("unpin", "" if self.session.pinned is not None else "No baseline is set.")
 
     def _add_menu(self) -> QMenu:
         menu = QMenu(self.panel)

@@ -9,7 +9,7 @@ from PySide6.QtGui import QGuiApplication
 
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
-from riglens.app.window.features.sensors import follow_marks
+from riglens.app.window.features.sensors import NONE_SELECTED, follow_marks, hold_of
 from riglens.app.window.workbench import Workbench
 from riglens.core.errors import InputError
 from riglens.core.rig.edits import (
@@ -62,10 +62,14 @@ class Edits(Feature):
     def _update(self) -> None:
         for key, label in (("undo", self.document.undo_label), ("redo", self.document.redo_label)):
             action = self.actions[key]
-            action.setEnabled(label is not None)
+            self.actions.allow(key, "" if label is not None else f"There is nothing to {key}.")
             action.setText(visible(f"{key.capitalize()} {label}") if label else key.capitalize())
 
 
+UNPAIRED = (
+    "Select two sensors of one kind, or one that has another near its mirror image, none of them linked."
+)
+UNLINKED = "The selected sensors are not linked."
 REMEDY = "copy sensors first, or paste sensors as rig YAML"
 
 
@@ -118,8 +122,8 @@ class Clipboard(Feature):
         self.document.paste(sensors_in(QGuiApplication.clipboard().text()))
 
     def _update(self) -> None:
-        self.actions["copy"].setEnabled(self.document.selected is not None)
-        self.actions["cut"].setEnabled(self.document.is_free)
+        self.actions.allow("copy", "" if self.document.selected is not None else NONE_SELECTED)
+        self.actions.allow("cut", hold_of(self.document))
 
 
 def sensors_in(text: str) -> tuple[Sensor, ...]:
@@ -229,10 +233,13 @@ class Mirror(Feature):
 
     def _update(self) -> None:
         name, rig, actions = self.document.selected, self.document.rig, self.actions
+        chosen = self.document.selection
         partner = partner_of(rig, name) if name is not None and len(self.document.selection) == 1 else None
-        actions["mirror"].setEnabled(bool(self._alone()))
-        actions["link"].setEnabled(self._pair() is not None)
-        actions["unlink"].setEnabled(len(self._alone()) < len(self.document.selection))
+        is_any, is_linked = bool(chosen), len(self._alone()) < len(chosen)
+        linked = "The selected sensors are linked to their mirror images." if is_any else NONE_SELECTED
+        actions.allow("mirror", "" if self._alone() else linked)
+        actions.allow("link", "" if self._pair() is not None else UNPAIRED if is_any else NONE_SELECTED)
+        actions.allow("unlink", "" if is_linked else UNLINKED if is_any else NONE_SELECTED)
         actions["unlink"].setText(
             visible(f"Unlink from {partner}") if partner else "Unlink from mirror image"
         )

@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QMenu
 
 from riglens.app.window.actions import Spec
 from riglens.app.window.feature import Feature
-from riglens.app.window.features.sensors import follow_marks
+from riglens.app.window.features.sensors import NONE_SELECTED, follow_marks
 from riglens.app.window.workbench import Workbench
 from riglens.core.rig.groups import groups_of
 from riglens.core.shown_text import visible
@@ -75,7 +75,7 @@ class Failing(Feature):
 
     def _update(self) -> None:
         failed = self.document.failed
-        self.actions["fail"].setEnabled(bool(self.document.chosen))
-        self.actions["restore_failed"].setEnabled(bool(failed))
+        self.actions.allow("fail", "" if self.document.chosen else NONE_SELECTED)
+        self.actions.allow("restore_failed", "" if failed else "No sensor is marked as failed.")
         self.menu.menuAction().setEnabled(bool(self._groups()))
         self.bench.status.show_failed(failed)

@@ -119,7 +119,7 @@ class FrameView(Feature):
         traffic = self._traffic
         self._targets.panel.set_frames(0 if traffic is None else traffic.frames)
         for key in ("show_frame", "next_missed", "play_frames"):
-            self.actions[key].setEnabled(traffic is not None)
+            self.actions.allow(key, "" if traffic is not None else "The traffic is not loaded.")
         answer = self._targets.answer_on_scene
         if self._plain is None and answer is not None:
             self._plain = plain_frame(answer.traffic)

@@ -24,7 +24,7 @@ from riglens.app.window.docks import InSight
 from riglens.app.window.feature import Feature
 from riglens.app.window.features.compare import Compare
 from riglens.app.window.features.files import beside_rig
-from riglens.app.window.features.sensors import follow_marks
+from riglens.app.window.features.sensors import follow_marks, hold_of
 from riglens.app.window.status import TOLD_MS
 from riglens.app.window.workbench import Workbench
 from riglens.core.errors import InputError
@@ -372,9 +372,8 @@ class Propose(Feature):
 
     def _update(self) -> None:
         document = self.document
-        chosen = None if document.selected is None else document.rig.sensor(document.selected)
-        is_free = chosen is not None and chosen.kind == LIDAR.name and chosen.name not in document.locked
-        self.actions["improve"].setEnabled(is_free and len(document.chosen) == 1)
+        is_one = len(document.chosen) == 1 and document.rig.sensor(document.chosen[0]).kind == LIDAR.name
+        self.actions.allow("improve", hold_of(document) or ("" if is_one else "Select one LiDAR only."))
 
     # ------------------------------------------------------------------ what is done with an offer
     def _choose(self, key: str) -> None:

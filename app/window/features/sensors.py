@@ -39,6 +39,7 @@ HINT = (
 RULES = {"place_upright": True, "place_below_rails": False}
 """Ways to put sensors on the car, and whether they are in use at first."""
 IN_PLACE = "Copies of mirror pairs are linked and coincide with the originals: drag them away."
+NONE_SELECTED, ONE_ONLY = "No sensor is selected.", "Select one sensor only."
 LOCKED_KEY = "sensors/locked"
 MOST_FILES = 100
 """Number of rig files whose locked sensors are remembered."""
@@ -154,13 +155,23 @@ class Sensors(Feature):
         document, actions = self.document, self.actions
         chosen = document.chosen
         for key in SELECTED_ONLY:
-            actions[key].setEnabled(bool(chosen))
+            actions.allow(key, "" if chosen else NONE_SELECTED)
         for key in FREE_ONLY:
-            actions[key].setEnabled(document.is_free)
-        actions["select_all"].setEnabled(bool(document.rig.sensors))
-        actions["rename"].setEnabled(len(chosen) == 1 and document.is_free)
+            actions.allow(key, hold_of(document))
+        actions.allow("select_all", "" if document.rig.sensors else "The rig has no sensors.")
+        actions.allow("rename", hold_of(document) or ("" if len(chosen) == 1 else ONE_ONLY))
         all_hidden = bool(chosen) and document.hidden.issuperset(chosen)
         actions["hide"].setIcon(icon("eye-off" if all_hidden else "eye"))
+
+
+def hold_of(document: Document) -> str:
+    """Return why the selected sensors cannot be moved or removed, one sentence; empty if they can."""
+    locked = [name for name in document.chosen if name in document.fixed]
+    if locked:
+        name = visible(locked[0])
+        which = name if locked[0] in document.locked else f"The mirror image of {name}"
+        return f"{which} is locked: unlock it in the list of sensors."
+    return "" if document.is_free else NONE_SELECTED
 
 
 def follow_marks(document: Document, update: Callable[[], None]) -> None:
@@ -283,7 +294,8 @@ class Placing(Feature):
     def _update(self) -> None:
         hidden = self.document.selected in self.document.hidden
         is_one = len(self.document.selection) == 1
-        self.actions["place"].setEnabled(is_one and not hidden and self.document.is_free)
+        obstacle = hold_of(self.document) or ("" if is_one else ONE_ONLY)
+        self.actions.allow("place", obstacle or ("The sensor is hidden." if hidden else ""))
 
 
 class Locks(Feature):

@@ -142,6 +142,23 @@ def test_a_locked_sensor_cannot_be_edited_deleted_or_switched_off(bench: Bench) 
     assert bench.document.rig == RIG
 
 
+def test_every_disabled_action_says_what_is_in_the_way(bench: Bench) -> None:
+    document, actions = bench.document, bench.workbench.actions
+    names = tuple(sensor.name for sensor in document.rig.sensors)
+    tips = {spec.key: actions[spec.key].toolTip().partition("\n")[0] for spec in actions.specs}
+    for chosen in ((), names[:1], names[:2]):
+        document.choose(chosen)
+        for locked in (False, True):
+            document.set_locked(names, locked)
+            disabled = [key for key in tips if not actions[key].isEnabled()]
+            assert disabled
+            for key in tips:
+                first, _, obstacle = actions[key].toolTip().partition("\n")
+                assert first == tips[key] and obstacle.endswith(".") == (key in disabled), (key, obstacle)
+            if locked and chosen:
+                assert f"{names[0]} is locked" in actions["place"].toolTip()
+
+
 def test_a_locked_sensor_stays_where_it_is_when_it_is_dragged(bench: Bench) -> None:
     click(bench, "roof", LOCK)
     bench.drag("roof", (3.0, 0.0, 1.0))
