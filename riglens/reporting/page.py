@@ -58,8 +58,9 @@ from riglens.reporting.summary import (
 from riglens.reporting.svg import DARK, GAIN, INK, LINE, LOSS_TEXT, PANEL, PAPER, SOFT, Drawing
 
 Figures = dict[str, Any]
-FEW_ROWS, SHORT = 14, 40
-"""Rows of a table that is not cut by the end of a page, and letters of a cell that is not broken into lines."""
+FEW_ROWS, MANY_ROWS, SHORT = 14, 18, 40
+"""Rows of a table that is not cut by the end of a page, rows above which a table is set close, and letters of a cell
+that is not broken into lines."""
 NEVER = "never"
 OUTCOMES = {
     "hits_car": "hit the car", "never_enters": "outside", "ground": "ground",
@@ -343,7 +344,7 @@ def _templates() -> Environment:
         )
     } | {
         "first_within": lambda to_m: partial(first_text, to_m=to_m),
-        "heights_m": HEIGHTS_M, "few_rows": FEW_ROWS, "short": SHORT,
+        "heights_m": HEIGHTS_M, "few_rows": FEW_ROWS, "many_rows": MANY_ROWS, "short": SHORT,
         "few_objects": FEW_OBJECTS, "narrow_deg": NARROW_DEG, "glossary": GLOSSARY,
         "outcomes": OUTCOMES, "sides": SIDES,
     }  # fmt: skip
