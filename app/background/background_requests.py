@@ -1,5 +1,4 @@
-"""Background computations of the engine's thread: scores of other rigs, ray audits, tolerances, and the base of
-coarse answers."""
+"""Background computations of the engine's thread: scores of other rigs, ray audits, tolerances."""
 
 from __future__ import annotations
 
@@ -16,8 +15,6 @@ if TYPE_CHECKING:  # made by the engine's thread, which loads the compiler
     from riglens.core.targets.settings import TargetSettings
     from riglens.core.targets.traffic import Traffic
 
-LEARN = BackgroundRequest("coarse answers", "")
-"""Base coarse answers on the last exact one, unless they have a base; without an answer."""
 EMIT_EVERY = 4
 """Steps between two progress reports of a tolerance."""
 

@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject, Signal
 
 from riglens.app.background.background_requests import (
-    LEARN,
     AuditRequest,
     ScoreRequest,
     ToleranceProgress,
@@ -93,7 +92,6 @@ class Recompute(QObject):
         self._last: EvaluationRequest | None = None
         self._gave_up_last = False
         self._scoring: Scoring | None = None
-        self._unlearnt: Result | None = None
         self._tolerating: Tolerating | None = None
         self._is_warm = False
         self._others = others
@@ -281,12 +279,7 @@ class Recompute(QObject):
                 return
             result = scoring.exact(request, is_followed if first.is_measured else self._is_overtaken)
         self.evaluated.emit(result)
-        if scoring.has_learnt:
-            scoring.learn(result, is_followed)
-        elif request.is_preview:
-            scoring.learn(result, lambda: queue.is_closing)
-        else:
-            self._unlearnt = result  # the processors are left to the objects of this rig until LEARN
+        scoring.learn(result, is_followed if scoring.has_learnt else lambda: queue.is_closing)
 
     def _exact(self, scoring: Scoring, request: EvaluationRequest) -> Result:
         try:
@@ -335,12 +328,6 @@ class Recompute(QObject):
             from riglens.core.engine.engine import Engine
 
             return audit(Engine(request.scene.field, self._threads), request.rig)
-        if request is LEARN:
-            scoring, exact = self._scoring, self._unlearnt
-            if scoring and exact and exact.scene is scoring.scene and not scoring.has_learnt:
-                scoring.learn(exact, cancel)
-            self._unlearnt = None
-            return None
         if isinstance(request, ToleranceRequest):
             from riglens.app.background.tolerating import Tolerating
 

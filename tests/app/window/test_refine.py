@@ -16,8 +16,6 @@ from PySide6.QtCore import Qt
 from pytestqt.qtbot import QtBot
 
 import riglens.core.figures.evaluated
-import riglens.evaluation.scoring
-from riglens.app.background.background_requests import LEARN
 from riglens.core.engine.engine import Engine
 from riglens.core.errors import Cancelled
 from riglens.core.geometry import Pose
@@ -66,16 +64,10 @@ def opened(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Ite
         monkeypatch.setattr(riglens.evaluation.scoring, name, math.inf)
     benches: list[AbstractContextManager[Bench]] = []
 
-    def open_it(coarse_above_ms: float = ALL_SLOW, learns: bool = True, **scene: Any) -> Bench:
+    def open_it(coarse_above_ms: float = ALL_SLOW, **scene: Any) -> Bench:
         benches.append(open_bench(qtbot, tmp_path, coarse_above_ms=coarse_above_ms, **scene))
         bench = benches[-1].__enter__()
-        recompute = bench.workbench.recompute
-        assert recompute.wait_until_idle()
-        if learns:
-            done: list[object] = []
-            recompute.answered_in_background.connect(lambda request, _: done.append(request), QUEUED)
-            recompute.ask_in_background([LEARN])  # as after a count of all frames
-            qtbot.waitUntil(lambda: LEARN in done, timeout=TIMEOUT_MS)
+        assert bench.workbench.recompute.wait_until_idle()
         return bench
 
     yield open_it
@@ -104,7 +96,6 @@ class TimedEngine:
 
     exact_ms: Mapping[str, float] = MappingProxyType({})
     coarse_ms: Mapping[str, float] = MappingProxyType({})
-    coarse_made = 0
     gate: threading.Event | None = None
     reached: threading.Event
 
@@ -125,7 +116,6 @@ class TimedEngine:
             assert self.gate.wait(TIMEOUT_MS / 1000)
             if cancel():
                 raise Cancelled
-        type(self).coarse_made += not self._is_exact
         found = self._engine.evaluate(rig, settings, with_seen, cancel=cancel)
         before, self._last = self._last, rig
         if before is None:
@@ -139,7 +129,6 @@ class TimedEngine:
 def timed(monkeypatch: pytest.MonkeyPatch) -> type[TimedEngine]:
     monkeypatch.setattr(TimedEngine, "exact_ms", TimedEngine.exact_ms)
     monkeypatch.setattr(TimedEngine, "coarse_ms", TimedEngine.coarse_ms)
-    monkeypatch.setattr(TimedEngine, "coarse_made", 0)
     monkeypatch.setattr(TimedEngine, "gate", None)
     monkeypatch.setattr(TimedEngine, "reached", threading.Event(), raising=False)
     monkeypatch.setattr(riglens.core.figures.evaluated, "Engine", TimedEngine)
@@ -155,24 +144,6 @@ def test_a_slow_edit_shows_coarse_scores_first_and_ends_exact_to_the_last_bit(op
     assert watch.kinds[-1] == "exact"
     assert watch.states[0] == "coarse (δ 1 m), exact follows"
     assert watch.states[-1] == "exact"
-    assert bench.exact_numbers() == bench.fresh_numbers()
-
-
-def test_the_base_of_coarse_answers_waits_for_a_drag_or_until_objects_are_counted(
-    opened: Open, timed: type[TimedEngine]
-) -> None:
-    bench = opened(learns=False)
-    bench.document.set_enabled(("front",), False)
-    bench.settle()
-    assert timed.coarse_made == 0
-    watch = Watch(bench)
-    bench.viewport.press("roof")
-    first = move(bench, "roof", 1.0)
-    watch.wait_for("exact", first)
-    watch.wait_for("coarse", move(bench, "roof", 2.0))
-    assert watch.shown[0] == ("exact", first)
-    bench.viewport.release("roof")
-    bench.settle()
     assert bench.exact_numbers() == bench.fresh_numbers()
 
 
