@@ -16,6 +16,7 @@ from PySide6.QtCore import Qt
 from pytestqt.qtbot import QtBot
 
 import riglens.core.figures.evaluated
+import riglens.evaluation.scoring
 from riglens.core.engine.engine import Engine
 from riglens.core.errors import Cancelled
 from riglens.core.geometry import Pose
