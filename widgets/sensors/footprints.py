@@ -108,7 +108,7 @@ class FootprintsLayer:
 
 
 def _fingerprint(sensor: Sensor, solid: Solid) -> str:
-    """Return what tells whether a body hides the same of a sensor's view: the move of a housing out of it does."""
+    """Return the fingerprint of the part of a body that may hide ground from a sensor: without housings out of view."""
     if not solid.housings:
         return solid.fingerprint
     from riglens.core.sensing.body_ends import obstacle_of  # the compiler

@@ -39,7 +39,7 @@ from riglens.widgets.panels.sensors.tree import NO_BOXES_TIP
 
 GROUP = "marginal"
 TOGETHER_MS = 100
-"""Answers of this long are shown at once: a rig of 60 sensors has 120 of them."""
+"""Answers that come within this time are shown together: a rig of 60 sensors has 120."""
 
 
 class Marginals(Feature):
