@@ -34,6 +34,8 @@ EN_62676_4 = (250.0, 125.0, 63.0, 25.0)
 MOST_BANDS, LEAST_LIMIT, MOST_LIMIT = 8, 0.1, 1e5
 _NEAR_M = 0.05
 _HALVINGS = 14
+_ROOM_RAD = 1e-6
+"""Far more than all rounding of directions."""
 _HEIGHTS = 5
 """Places above each other on an object, of which a radar or ultrasonic sensor has to reach one."""
 
@@ -237,11 +239,11 @@ def _camera_levels(
     def levels(places: Points) -> Levels:
         offset = np.column_stack([places, np.zeros(len(places))]) - origin
         local = offset @ rotation
-        with np.errstate(invalid="ignore"):
-            found = (px_per_m(camera, local)[:, None] >= limits).sum(axis=1)
         distance = np.linalg.norm(offset, axis=1)
         low, high = camera.range_m
-        found[~in_image(camera, local) | (distance < low) | (distance > high)] = 0
+        seen = np.flatnonzero(in_image(camera, local) & (distance >= low) & (distance <= high))
+        found = np.zeros(len(places), np.int64)
+        found[seen] = (px_per_m(camera, local[seen])[:, None] >= limits).sum(axis=1)
         seen = np.flatnonzero(found)
         if barrier is not None and len(seen):
             found[seen[_hidden(camera, places[seen], barrier)]] = 0
@@ -250,11 +252,17 @@ def _camera_levels(
     return levels
 
 
-def _hidden(sensor: Sensor, places: Points, barrier: Barrier, height_m: float = 0.0) -> NDArray[np.bool_]:
-    """Return whether the body stops the rays to places (n, 2) at a height, (n,)."""
+def _hidden(sensor: Sensor, places: Points, barrier: Barrier) -> NDArray[np.bool_]:
+    """Return whether the body stops the rays to places (n, 2) on the ground, (n,)."""
+    return _is_stopped(
+        sensor, np.column_stack([places, np.zeros(len(places))]) - np.array(sensor.position), barrier
+    )
+
+
+def _is_stopped(sensor: Sensor, offset: Points, barrier: Barrier) -> NDArray[np.bool_]:
+    """Return whether the body stops the rays to places (n, 3) as seen from the sensor, in vehicle axes, (n,)."""
     from riglens.core.sensing.body_ends import listed_ends  # the compiler
 
-    offset = np.column_stack([places, np.full(len(places), height_m)]) - np.array(sensor.position)
     distance = np.linalg.norm(offset, axis=1)
     return np.asarray(listed_ends(sensor, offset / distance[:, None], barrier) < distance)
 
@@ -289,19 +297,25 @@ def _wave_levels(
     rotation, origin = sensor.pose.rotation(), np.array(sensor.position)
 
     def reached(places: Points, echo: Echo) -> NDArray[np.bool_]:
-        found = np.zeros(len(places), np.bool_)
         top_m = SIZES_M[echo.cls][2]
-        for height_m in (min(origin[2], top_m), *np.linspace(0.0, top_m, _HEIGHTS)):
-            rest = np.flatnonzero(~found)
-            offset = np.column_stack([places[rest], np.full(len(rest), height_m)]) - origin
-            local, distance = offset @ rotation, np.sqrt((offset * offset).sum(axis=1))
-            inside = in_field(sensor, local, distance, echo) & ~sensor.blocked_rays(local)
-            inside &= (distance >= sensor.range_m[0]) & (distance <= sensor.range_m[1])
-            held = rest[inside]
-            if barrier is not None and len(held):
-                held = held[~_hidden(sensor, places[held], barrier, float(height_m))]
-            found[held] = True
+        found = reached_at(places, echo, np.array([min(origin[2], top_m)]))  # nearly all that are reached
+        rest = np.flatnonzero(~found)
+        found[rest] = reached_at(places[rest], echo, np.linspace(0.0, top_m, _HEIGHTS))
         return found
+
+    def reached_at(places: Points, echo: Echo, heights_m: Points) -> NDArray[np.bool_]:
+        """Return whether any of some heights is reached, (n,)."""
+        each = np.empty((len(places), len(heights_m), 3))
+        each[..., :2] = (places - origin[:2])[:, None]
+        each[..., 2] = heights_m - origin[2]
+        offset = each.reshape(-1, 3)
+        local, distance = offset @ rotation, np.sqrt((offset * offset).sum(axis=1))
+        inside = in_field(sensor, local, distance, echo) & ~sensor.blocked_rays(local)
+        inside &= (distance >= sensor.range_m[0]) & (distance <= sensor.range_m[1])
+        held = np.flatnonzero(inside)
+        if barrier is not None and len(held):
+            inside[held] = ~_is_stopped(sensor, offset[held], barrier)
+        return np.asarray(inside.reshape(len(places), len(heights_m)).any(axis=1))
 
     def levels(places: Points) -> Levels:
         found, rest = np.zeros(len(places), np.int64), np.arange(len(places))
@@ -336,8 +350,9 @@ def _followed(
     def at(rows: NDArray[np.int64], radius_m: Points) -> Levels:
         return levels(foot + radius_m[:, None] * along[rows])
 
-    rows = np.repeat(np.arange(len(bearings)), steps)
-    field = at(rows, np.tile(radii, len(bearings))).reshape(len(bearings), steps)
+    faced = np.flatnonzero(_is_faced(sensor, along))
+    field = np.zeros((len(bearings), steps), np.int64)
+    field[faced] = at(np.repeat(faced, steps), np.tile(radii, len(faced))).reshape(len(faced), steps)
     runs = _runs(field, at, radii)
     return [_outlines(runs, level, along, foot) for level in range(count, 0, -1)]
 
@@ -356,6 +371,25 @@ def _bearings(sensor: Sensor, step_deg: float, foot: Points, polygons: Sequence[
     beside = np.concatenate([special - 1e-7, special + 1e-7])
     turned = (beside + math.pi) % (2.0 * math.pi) - math.pi
     return np.asarray(np.unique(np.concatenate([even, turned])))
+
+
+def _is_faced(sensor: Sensor, along: Points) -> NDArray[np.bool_]:
+    """Return whether a sensor may look along bearings (n, 2), at any elevation, (n,); False is certain."""
+    if not isinstance(sensor, Sectored):
+        return np.ones(len(along), np.bool_)
+    found, rotation = np.zeros(len(along), np.bool_), sensor.pose.rotation()
+    for sector in sensor.sectors:
+        (right, left), (low, high) = np.radians([sector.azimuth_deg, sector.elevation_deg])
+        half, middle = (left - right) / 2.0, (low + high) / 2.0
+        # a cone around the sector: up to a right angle aside, its corners are farthest from its middle
+        corners = np.sin(middle) * np.sin([low, high]) + np.cos(middle) * np.cos([low, high]) * np.cos(half)
+        widest = np.arccos(min(corners.min(), 1.0)) + _ROOM_RAD
+        turn = (left + right) / 2.0
+        x, y, z = rotation @ [np.cos(middle) * np.cos(turn), np.cos(middle) * np.sin(turn), np.sin(middle)]
+        aside = np.arcsin(np.clip(np.abs(along @ [-y, x]), 0.0, 1.0))
+        off = np.where(along @ [x, y] > 0.0, aside, np.arccos(min(abs(z), 1.0)))
+        found |= (off <= widest) | (half > math.pi / 2.0)
+    return found
 
 
 class _Runs(NamedTuple):
@@ -379,7 +413,9 @@ def _runs(field: Levels, at: Callable[[NDArray[np.int64], Points], Levels], radi
     outer = radii[np.concatenate([np.maximum(first - 1, 0), np.minimum(final + 1, last)])]
     for _ in range(_HALVINGS):
         middle = (inner + outer) / 2.0
-        is_inside = at(both, middle) == wanted
+        # where two stretches meet, both ends are sought in the same places
+        _, one, each = np.unique(both + 1j * middle, return_index=True, return_inverse=True)
+        is_inside = at(both[one], middle[one])[each] == wanted
         inner, outer = np.where(is_inside, middle, inner), np.where(is_inside, outer, middle)
     return _Runs(rows, level, inner[: len(rows)], inner[len(rows) :])
 

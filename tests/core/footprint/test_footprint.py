@@ -3,23 +3,27 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import pytest
 
 from riglens.core.errors import InputError
+from riglens.core.footprint import ground
 from riglens.core.footprint.detail import focal_mm, pixels_on, px_per_deg, px_per_m
 from riglens.core.footprint.ground import EN_62676_4, Band, Footprint, footprint
 from riglens.core.footprint.overlap import bearings, overlaps
 from riglens.core.rig.library import default_library
 from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt, Lidar, LinearAngles, Vehicle
 from riglens.core.sensing.body_ends import barrier_of, listed_ends
+from riglens.core.sensors.base import Sensor
 from riglens.core.sensors.camera import project_px
 from riglens.core.sensors.kind import Echo
 from riglens.core.sensors.radar import Radar, RadarScan, in_field
+from riglens.core.sensors.registry import kind_of
 from riglens.core.sensors.ultrasonic import Ultrasonic
 from riglens.core.targets.detection_range import SIZES_M
-from riglens.core.vehicle.solid import solid_of
+from riglens.core.vehicle.solid import Barrier, solid_of
 
 LEVEL = Camera(name="c", position=(1.0, 0.0, 2.0), image=(1000, 800), fx=500, fy=500, cx=500, cy=400)
 PITCHED = LEVEL.replace(
@@ -172,6 +176,62 @@ def test_a_radar_reaches_classes_as_far_as_its_scans_do() -> None:
         expected += seen
     assert set(expected) == {0, 1, 2, 3}
     assert np.mean(level_at(found, places) == expected) > 0.99
+
+
+def slow_levels(sensor: Sensor, echoes: Sequence[Echo], barrier: Barrier | None) -> Callable[..., np.ndarray]:
+    """Return what `_wave_levels` returns, class by class and height by height."""
+    reaches = kind_of(sensor).in_field
+    assert reaches is not None
+
+    def levels(places: np.ndarray) -> np.ndarray:
+        found, within = np.zeros(len(places), int), np.ones(len(places), bool)
+        for echo in reversed(echoes):
+            seen, top_m = np.zeros(len(places), bool), SIZES_M[echo.cls][2]
+            for height_m in (min(sensor.position[2], top_m), *np.linspace(0.0, top_m, 5)):
+                offset = np.column_stack([places, np.full(len(places), height_m)]) - sensor.position
+                local, distance = offset @ sensor.pose.rotation(), np.linalg.norm(offset, axis=1)
+                inside = reaches(sensor, local, distance, echo) & ~sensor.blocked_rays(local)
+                inside &= distance <= sensor.range_m[1]
+                if barrier is not None:
+                    inside &= ~(listed_ends(sensor, offset / distance[:, None], barrier) < distance)
+                seen |= inside
+            within &= seen
+            found += within
+        return found
+
+    return levels
+
+
+SIDE = Ultrasonic(name="u", position=(-0.3, 0.9, 0.5), rpy_deg=(5.0, -20.0, 70.0))
+
+
+@pytest.mark.parametrize(
+    "sensor",
+    [
+        RADAR,
+        SIDE.replace(range_m=(0.0, 3.0), blocked=({"azimuth_deg": (0.0, 20.0)},)),
+        SIDE.replace(rpy_deg=(0.0, 85.0, 10.0)),
+        SIDE.replace(azimuth_deg=(-120.0, 100.0)),
+    ],
+    ids=["radar", "tilted", "looks down", "wide"],
+)
+@pytest.mark.parametrize("car", [None, Vehicle()], ids=["free", "car"])
+def test_skipped_bearings_and_shared_work_change_no_bit(
+    sensor: Sensor, car: Vehicle | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    solid = None if car is None else solid_of(car)
+    quick = footprint(sensor, solid=solid, step_deg=5.0)
+    monkeypatch.setattr(ground, "_is_faced", lambda _, along: np.ones(len(along), bool))
+    monkeypatch.setattr(ground, "_wave_levels", slow_levels)
+    slow = footprint(sensor, solid=solid, step_deg=5.0)
+    assert slow.area_m2 > 0.0
+    for one, other in zip(quick.bands, slow.bands, strict=True):
+        assert [patch.tobytes() for patch in one.patches] == [patch.tobytes() for patch in other.patches]
+
+
+def test_bearings_out_of_view_are_skipped() -> None:
+    along = np.stack([np.cos(np.radians([70, 10, -110])), np.sin(np.radians([70, 10, -110]))], axis=1)
+    assert ground._is_faced(SIDE, along).tolist() == [True, True, False]
 
 
 def test_an_ultrasonic_sensor_has_a_sector() -> None:
