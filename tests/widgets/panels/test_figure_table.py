@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 from PySide6.QtCore import QEvent, QObject
-from PySide6.QtGui import QPaintEvent, QRegion
+from PySide6.QtGui import QFontMetrics, QPaintEvent, QRegion
 from pytestqt.qtbot import QtBot
 
-from riglens.widgets.panels.figures.table import NOTHING, Cell, FigureTable, Heading
+from riglens.widgets.panels.figures.table import NOTHING, Cell, FigureTable, Heading, fitting
 
 ROWS = [Heading("Cars", copied=("car",)), Heading("Bicycles", copied=("bicycle",))]
 COLUMNS = [Heading("Seen by any", short="Seen", copied=("seen", "standard error")), Heading("Note")]
@@ -88,3 +88,20 @@ def test_only_columns_that_look_different_are_painted_again(table: FigureTable, 
     table.figures.grey([1])
     note = table.visualRect(table.figures.index(0, 1)).united(table.visualRect(table.figures.index(1, 1)))
     qtbot.waitUntil(lambda: painted.region.boundingRect() == note)
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("= LiDARs 28.5 + 12.4 · < ½ from 20 m", ["= LiDARs 28.5 + 12.4", ""]),
+        ("worst: pedestrian, rear-left · > ½ from 30 m", ["worst: pedestrian, rear-left", "worst: pedestrian", ""]),
+    ],
+)
+def test_a_second_line_is_cut_between_its_parts_alone(
+    table: FigureTable, text: str, shown: list[str]
+) -> None:
+    wide, found = QFontMetrics(table.font()), text
+    for expected in shown:
+        assert fitting(text, wide, wide.horizontalAdvance(found)) == found
+        found = fitting(text, wide, wide.horizontalAdvance(found) - 1)
+        assert found == expected

@@ -17,7 +17,7 @@ from PySide6.QtCore import (
     Qt,
     Signal,
 )
-from PySide6.QtGui import QBrush, QColor, QFont, QGuiApplication, QPainter, QPaintEvent
+from PySide6.QtGui import QBrush, QColor, QFont, QFontMetrics, QGuiApplication, QPainter, QPaintEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QHeaderView,
@@ -342,9 +342,16 @@ class FigureTable(QTableView):
         QGuiApplication.clipboard().setText(self.as_text())
 
 
-_PAD_PX, _SMALL = 8, 0.86
-_AND = " · "
+_PAD_PX, _LEAST_PAD_PX, _SMALL = 8, 2, 0.86
+_BETWEEN = (" · ", ", ")
 """Between parts of a second line, the last of which are left out where there is no room."""
+
+
+def fitting(text: str, wide: QFontMetrics, room_px: int) -> str:
+    """Return a second line without the last parts that have no room; empty where not even its first part has it."""
+    while text and wide.horizontalAdvance(text) > room_px:
+        text = text[: max(0, *(text.rfind(between) for between in _BETWEEN))]
+    return text
 
 
 class TwoLines(QStyledItemDelegate):
@@ -373,7 +380,7 @@ class TwoLines(QStyledItemDelegate):
             told.widget.style().ControlElement.CE_ItemViewItem, told, painter, told.widget
         )
         gap_px = 3 if option.rect.height() >= self._high_px else 1
-        room = QRectF(option.rect).adjusted(_PAD_PX, gap_px, -_PAD_PX, -gap_px)
+        room = QRectF(option.rect).adjusted(_LEAST_PAD_PX, gap_px, -_PAD_PX, -gap_px)
         painter.save()
         painter.setFont(told.font)
         painter.setPen(index.data(_ROLE.ForegroundRole).color())
@@ -394,11 +401,7 @@ class TwoLines(QStyledItemDelegate):
             painter.drawText(room, bottom, figure.change)
             room = room.adjusted(0, 0, -painter.fontMetrics().horizontalAdvance(figure.change + "  "), 0)
         painter.setPen(QColor(tones().muted))
-        wide, error, room_px = painter.fontMetrics(), figure.error, int(room.width()) + 1
-        while _AND in error and wide.horizontalAdvance(error) > room_px:
-            error = error.rpartition(_AND)[0]
-        error = wide.elidedText(error, Qt.TextElideMode.ElideRight, room_px)
-        painter.drawText(room, bottom, error)
+        painter.drawText(room, bottom, fitting(figure.error, painter.fontMetrics(), int(room.width()) + 1))
 
     def sizeHint(self, option: QStyleOptionViewItem, index: Index) -> QSize:
         """Return room for two lines."""
