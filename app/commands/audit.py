@@ -14,11 +14,11 @@ from riglens.core.shown_values import percent
 
 TITLES = (
     "hits\nthe car",
-    "never\nenters",
+    "misses\nthe region",
     "ends at\nground",
-    "meets\nnothing",
+    "hits\nnothing",
     "seen by\nothers",
-    "brings\nnew",
+    "unique",
 )
 
 

@@ -222,7 +222,7 @@ class Review:
 
     def tolerance(self) -> Part:
         """Draw errors and find how figures spread."""
-        with progress_bar("Drawing errors") as progress:
+        with progress_bar("Sampling mount errors") as progress:
             found, document = drawn(self.evaluate, self.rig, self.drawing, progress)
         self.worst_case.write(found)
         return document, lambda: print_tolerance(found, document["body"])

@@ -112,7 +112,7 @@ def car_with_sensors(rig: Rig) -> tuple[bytes, tuple[int, int], tuple[tuple[floa
 
     size_px = 1040, 680
     state = _unlabelled(_plain(rig_state(rig, "light")))
-    camera = _close_up(state, "iso", size_px, direction_deg=_FROM_AHEAD_DEG)
+    camera = _close_up(state, "iso", size_px, _SHADOW_M, _FROM_AHEAD_DEG)
     places = np.array([one.position for one in rig.sensors]).reshape(-1, 3)
     seen = camera.project(places, size_px)[:, :2].tolist()
     image = render_still(replace(state, camera=camera), size_px, transparent=True)

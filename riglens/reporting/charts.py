@@ -18,7 +18,9 @@ from riglens.reporting.svg import (
     LINE,
     LOSS,
     LOSS_TEXT,
+    ON_LOSS,
     PANEL,
+    PAPER,
     SOFT,
     Drawing,
     Point,
@@ -30,6 +32,8 @@ SPEEDS_KMH = (50.0, 80.0)
 """Of the circles of stopping distances."""
 FEW_OBJECTS, NOTED = 100, 0.04
 """Objects in a cell below which it has no number, and the change from which it has one."""
+_STRONG = 0.68
+"""Strength from which a colour is darker, or on a dark page lighter, than half way to the paper."""
 
 
 def estimate_of(document: Figures | None) -> Estimate:
@@ -302,7 +306,7 @@ def missed_wheel(key: str, cls: str, document: Figures, compares: bool, shape: C
     what = "gained and lost against the baseline" if compares else "missed"
     drawing = Drawing(f"{key}-wheel-{cls}", wide, high, f"Where a {cls} is {what}, by sector and distance")
     edges, of_class = document["rings_m"], document["classes"][cls]
-    notes: list[tuple[Point, str, bool]] = []
+    notes: list[tuple[Point, str, str]] = []
     scale = radius / edges[-1]
     drawing.circle(middle, radius, PANEL)
     for ring, (objects, values) in enumerate(
@@ -319,13 +323,14 @@ def missed_wheel(key: str, cls: str, document: Figures, compares: bool, shape: C
             is_noted = abs(gain) >= NOTED if compares else ring >= 2
             if is_shown and count >= FEW_OBJECTS and is_noted:
                 words = f"{100.0 * gain:+.0f}".replace("-", "−") if compares else f"{-100.0 * gain:.0f}"
-                notes.append((_at(middle, sum(radii) / 2.0, 45.0 * place), words, strength > 0.62))
+                colour = INK if strength < _STRONG else PAPER if gain > 0.0 else ON_LOSS
+                notes.append((_at(middle, sum(radii) / 2.0, 45.0 * place), words, colour))
     for edge in edges[1:]:
         drawing.circle(middle, edge * scale, stroke="#ffffff", width=0.3)
     for turn in range(0, 180, 45):
         drawing.line([_at(middle, radius, turn + 22.5), _at(middle, radius, turn + 202.5)], "#ffffff", 0.3)
-    for (x, y), words, is_strong in notes:
-        drawing.text(x, y + 0.85, words, "middle", "#ffffff" if is_strong else INK, True)
+    for (x, y), words, colour in notes:
+        drawing.text(x, y + 0.85, words, "middle", colour, True)
     draw_car(drawing, shape.above, middle, scale, "#ffffff")
     return drawing
 

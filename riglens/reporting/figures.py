@@ -61,7 +61,7 @@ Stage = Callable[[float, str], None]
 """Callback for the share done and the current stage."""
 _SECONDS = {
     "Reading the data": 2.0, "Scoring": 0.5, "Counting points on objects": 2.0, "Finding blind zones": 1.0,
-    "Finding detection ranges": 2.0, "Following rays": 2.0, "Counting redundancy": 0.5, "Drawing errors": 0.3,
+    "Finding detection ranges": 2.0, "Tracing rays": 2.0, "Counting redundancy": 0.5, "Sampling mount errors": 0.3,
     "Checking requirements": 2.0,
 }  # fmt: skip
 """Stages, and roughly what each takes on two cores: the errors for each draw, the others for each rig."""
@@ -72,18 +72,18 @@ class Stages:
 
     def __init__(self, tell: Stage, plan: ReportPlan) -> None:
         self._tell, self._rigs, self._draws = tell, len(plan.rigs), plan.draws
-        each = sum(_SECONDS.values()) - _SECONDS["Reading the data"] - _SECONDS["Drawing errors"]
+        each = sum(_SECONDS.values()) - _SECONDS["Reading the data"] - _SECONDS["Sampling mount errors"]
         if plan.requirements is None:
             each -= _SECONDS["Checking requirements"]
         self._whole = _SECONDS["Reading the data"] + self._rigs * (
-            each + plan.draws * _SECONDS["Drawing errors"]
+            each + plan.draws * _SECONDS["Sampling mount errors"]
         )
         self._begun = self._length = 0.0
 
     def begin(self, title: str, of: str = "") -> Progress:
         """End the stage before, begin this one `of` a rig, and return what takes its own share."""
         self._begun += self._length
-        self._length = _SECONDS[title] * (self._draws if title == "Drawing errors" else 1)
+        self._length = _SECONDS[title] * (self._draws if title == "Sampling mount errors" else 1)
         words = f"{title}: {of}" if of and self._rigs > 1 else title
 
         def progress(share: float) -> None:
@@ -274,14 +274,14 @@ def _parts(
     body, profiles = plan.score.body_of(rig), report_profiles()[0]
     judged = verdicts(rig, profiles, "blocks", jit.use_threads(evaluate.threads))
     mounted = mounts_document(rig, mounts_of(rig), violations(rig, USUAL_LIMITS))
-    stages.begin("Following rays", rig.name)
+    stages.begin("Tracing rays", rig.name)
     audited = audit_document(audit(evaluate.voxels, rig))
     stages.begin("Counting redundancy", rig.name)
     voxels = coverage_of(evaluate, rig, "voxels")
     users = None if counts is None else target_coverage(counts)
     spread = None
     if plan.draws:
-        progress = stages.begin("Drawing errors", rig.name)
+        progress = stages.begin("Sampling mount errors", rig.name)
         measure, assembly = Measures(evaluate, SAMPLE_FRAMES, rig), profile_called("assembly")
         drawn = tolerance(rig, assembly, measure, plan.draws, plan.seed, False, progress, measure.frames)
         spread = tolerance_document(drawn, body)

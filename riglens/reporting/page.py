@@ -63,8 +63,8 @@ FEW_ROWS, MANY_ROWS, SHORT = 14, 18, 40
 that is not broken into lines."""
 NEVER = "never"
 OUTCOMES = {
-    "hits_car": "hit the car", "never_enters": "outside", "ground": "ground",
-    "meets_nothing": "nothing", "seen_by_others": "shared", "brings_new": "new",
+    "hits_car": "hit the car", "never_enters": "miss the region", "ground": "end at ground",
+    "meets_nothing": "hit nothing", "seen_by_others": "seen by others", "brings_new": "unique",
 }  # fmt: skip
 """Columns of the audit: what becomes of rays."""
 
@@ -179,15 +179,15 @@ GLOSSARY = (
         "Pixels per metre",
         "of an upright board; EN 62676-4: 25 to detect, 63 to observe, 125 to recognise, 250 to identify.",
     ),
-    ("Blind", "no ray passes through an object of that height which stands there."),
+    ("Blind", "no ray passes through an object of that height at that place."),
     ("Detection range", "first distance with too few points or pixels on one object alone in the open."),
-    ("Stopping distance", "way of reaction and braking; the range chart says with which assumptions."),
+    ("Stopping distance", "distance of reaction and braking; the appendix states the assumptions."),
     (
         "Entropy",
         "uncertainty of where objects are, summed over voxels, in nat; seen: the share that rays traverse.",
     ),
     ("S-MS", "score of the paper on camera and LiDAR placement (ICRA 2024); it falls as coverage grows."),
-    ("±", "two standard errors: about 95 of 100 samples are nearer to the exact value."),
+    ("±", "two standard errors; about 95 of 100 samples are closer to the exact value."),
 )
 
 

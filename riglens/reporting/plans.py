@@ -5,17 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from io import BytesIO
 from typing import Any
 
 import numpy as np
-from PIL import Image
+from numpy.typing import NDArray
 
 from riglens.core.blind.zones import HEIGHTS_M, BlindMap
 from riglens.core.footprint.ground import EN_62676_4, Footprint, has_footprint
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.sensors.registry import kind_of
 from riglens.reporting.svg import (
+    DEGREES,
     GAIN,
     INK,
     LINE,
@@ -27,7 +27,6 @@ from riglens.reporting.svg import (
     Point,
     apart,
 )
-from riglens.widgets.theme import rgb
 
 Figures = dict[str, Any]
 UNITS_PER_M = 62.0
@@ -36,7 +35,6 @@ TINTS = (1.0, 0.72, 0.46, 0.24)
 """Opacity of bands, from the finest."""
 NARROW_DEG = 6.0
 """Overlaps below are marked: our choice."""
-_BLIND = ((LOSS, 0.22), (LOSS, 0.5), (LOSS, 1.0), ("#7a3300", 1.0), ("#3a1800", 1.0))
 _AROUND_M = 2.3
 _LEAST_NUMBERED = 0.1
 """Reach of a footprint that has room for a number, as a share of that of the plan."""
@@ -321,15 +319,11 @@ def blind_plan(key: str, found: BlindMap, document: Figures, shape: CarShape) ->
         round(high + 8.0, 1),
         "Ground beside the car by the height from which an object is seen, with test objects",
     )
-    png, long_m, wide_m = _raster(found, half_x, half_y)
-    drawing.image(
-        png,
-        middle[0] - wide_m / 2 * scale,
-        middle[1] - long_m / 2 * scale,
-        wide_m * scale,
-        long_m * scale,
-        True,
-    )
+    steps = _steps_around(found, half_x, half_y)
+    side = found.grid.voxel_m * scale
+    corner = (middle[0] - steps.shape[1] / 2 * side, middle[1] - steps.shape[0] / 2 * side)
+    for step, colour in enumerate(DEGREES, 1):
+        drawing.cells(steps >= step, corner, side, colour)
     for beyond in (1.0, 2.0):
         x, y = above(middle, scale, outline.front_m + beyond, outline.left_m + beyond)
         drawing.rect(
@@ -345,16 +339,16 @@ def blind_plan(key: str, found: BlindMap, document: Figures, shape: CarShape) ->
         at = above(middle, scale, one["x_m"], one["y_m"])
         drawing.circle(at, 0.62, GAIN if one["seen"] else "#ffffff", GAIN if one["seen"] else "#1b2430", 0.4)
     drawing.clip(wide, high)
-    for place, ((colour, opacity), height) in enumerate(zip(_BLIND, HEIGHTS_M, strict=True)):
-        drawing.rect(13.0 * place, high + 1.6, 13.0, 2.2, colour, opacity)
+    for place, (colour, height) in enumerate(zip(DEGREES, HEIGHTS_M, strict=True)):
+        drawing.rect(13.0 * place, high + 1.6, 13.0, 2.2, colour)
         drawing.text(13.0 * place, high + 6.8, f"> {height:.2f} m")
     drawing.text(67.0, high + 3.6, "seen only", colour=SOFT)
     drawing.text(67.0, high + 6.8, "where taller", colour=SOFT)
     return drawing
 
 
-def _raster(found: BlindMap, half_x_m: float, half_y_m: float) -> tuple[bytes, float, float]:
-    """Return the map of heights around the car as a PNG with ahead up, and the length and width that it shows."""
+def _steps_around(found: BlindMap, half_x_m: float, half_y_m: float) -> NDArray[np.int64]:
+    """Return the step of height of each cell around the car, (rows, columns) with ahead up; 0 within the car."""
     steps = found.steps("any", 1).astype(np.int64)
     steps[~found.ground.counts] = 0
     edge = found.grid.voxel_m
@@ -363,9 +357,4 @@ def _raster(found: BlindMap, half_x_m: float, half_y_m: float) -> tuple[bytes, f
         for size, half in zip(steps.shape, (half_x_m, half_y_m), strict=True)
     )
     top, left = ((size - part) // 2 for size, part in zip(steps.shape, (rows, columns), strict=True))
-    part = steps[top : top + rows, left : left + columns][::-1, ::-1]
-    tints = np.array([(0, 0, 0, 0), *((*(255 * np.array(rgb(c))), 255 * opacity) for c, opacity in _BLIND)])
-    pixels = np.round(tints).astype(np.uint8)[np.kron(part, np.ones((3, 3), np.int64))]
-    stream = BytesIO()
-    Image.fromarray(np.ascontiguousarray(pixels)).save(stream, "PNG")
-    return stream.getvalue(), rows * edge, columns * edge
+    return steps[top : top + rows, left : left + columns][::-1, ::-1]

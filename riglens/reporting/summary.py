@@ -252,5 +252,7 @@ def smallest_range(rig: Figures) -> Found | None:
     _, place, kind = min(cases, key=lambda case: case[:2])
     row = rig["range"]["rigs"][0]["rows"][place]
     where = f"{row['class']} {HEADINGS[row['heading_deg']]}, {bearing_words(row['bearing_deg'])}".capitalize()
-    words = f"is the farthest that it is held, by {kind.plural}; other directions and classes reach farther"
+    words = (
+        f"is the detection range, by {kind.plural}; it is longer in other directions and for other classes"
+    )
     return Found(f"range/rigs/0/rows/{place}/{kind.name}/first_below_m", where, words)

@@ -6,17 +6,23 @@ import base64
 import math
 from collections.abc import Iterable, Sequence
 
+import numpy as np
 from markupsafe import Markup, escape
+from numpy.typing import NDArray
 
 from riglens.core.shown_text import visible
 
 INK, SOFT, LINE, PANEL, PAPER = "#1b2430", "#56616e", "#c8cfd7", "#e8ecf0", "#ffffff"
 GAIN, LOSS, LOSS_TEXT = "#0072b2", "#d55e00", "#b84a00"
 """Blue: this rig, gained, better; vermilion: worse, lost, unseen (Okabe and Ito, told apart by everybody)."""
+ON_LOSS = "#1a222d"
+"""Words on areas of a strong vermilion, dark on every page."""
+DEGREES = ("#f6dcc7", "#eaaf80", LOSS, "#7a3300", "#3a1800")
+"""Vermilion by degrees, each further from the paper than the one before, on a dark page too."""
 DARK = {
     INK: "#e7ecf1", SOFT: "#a7b2be", LINE: "#3b4652", PANEL: "#2a333d", PAPER: "#161c23",
-    GAIN: "#56b4e9", LOSS: "#e07b28", LOSS_TEXT: "#f0a060",
-}  # fmt: skip
+    GAIN: "#56b4e9", LOSS: "#e07b28", LOSS_TEXT: "#f0a060", ON_LOSS: "#161c23",
+} | dict(zip(DEGREES, ("#493424", "#7b4c26", "#e07b28", "#ffb877", "#ffe3c8"), strict=True))  # fmt: skip
 TEXT_MM = 2.5
 FONT = "Liberation Sans, Arial, DejaVu Sans"
 Point = tuple[float, float]
@@ -114,14 +120,22 @@ class Drawing:
             transform=f"translate({at[0]:.2f} {at[1]:.2f}) scale({scale:.5f})",
         )  # fmt: skip
 
-    def image(
-        self, png: bytes, x: float, y: float, width: float, height: float, is_map: bool = False
-    ) -> None:
-        """Draw a picture; the cells of a map keep their edges."""
+    def cells(self, chosen: NDArray[np.bool_], at: Point, side: float, fill: str) -> None:
+        """Draw cells of a lattice (rows down, columns), of a side in millimetres, from its upper left corner."""
+        ends = np.diff(np.pad(chosen.astype(np.int8), ((0, 0), (1, 1))), axis=1)
+        (rows, starts), stops = np.nonzero(ends == 1), np.nonzero(ends == -1)[1]
+        runs = zip(rows.tolist(), starts.tolist(), (stops - starts).tolist(), strict=True)
+        self._add(
+            "path", d="".join(f"M{column} {row}h{wide}v1h-{wide}z" for row, column, wide in runs), fill=fill,
+            shape_rendering="crispEdges", transform=f"translate({at[0]:.3f} {at[1]:.3f}) scale({side:.5f})",
+        )  # fmt: skip
+
+    def image(self, png: bytes, x: float, y: float, width: float, height: float) -> None:
+        """Draw a picture."""
         data = base64.b64encode(png).decode("ascii")
         self._add(
             "image", href=f"data:image/png;base64,{data}", x=x, y=y, width=width, height=height,
-            preserveAspectRatio="none", style="image-rendering:pixelated" if is_map else None,
+            preserveAspectRatio="none",
         )  # fmt: skip
 
     def clip(self, width: float, height: float) -> None:

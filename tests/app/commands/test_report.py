@@ -625,7 +625,7 @@ def test_a_pdf_reads_no_file_and_no_address_that_a_page_names(tmp_path):
 
 def test_page_one_names_the_worst_of_each_kind_and_what_is_missed(document):
     page = report_page(document)
-    order = ("Four figures", "The three worst", "Blind zones", "Limits of what is shown", "Figures by class")
+    order = ("Four figures", "The three worst", "Blind zones", "Limits", "Figures by class")
     assert sorted(order, key=page.index) == list(order)
     for rig in document.figures["rigs"]:
         lost = [

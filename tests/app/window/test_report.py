@@ -66,9 +66,11 @@ def test_a_report_is_made_of_the_rigs_scene_and_settings_of_its_request(tmp_path
     assert (inputs.voxel_m, inputs.roi_m, inputs.boxes) == (0.5, [20.0, 10.0, 4.0], "boxes.csv")
     assert inputs.labels.project == "A" and inputs.draws == 1
     stages = list(dict.fromkeys(stage for _, stage in told if stage))
-    assert stages[0] == "Reading the data" and {"Scoring", "Drawing errors", "Writing the report"} <= set(
-        stages
-    )
+    assert stages[0] == "Reading the data" and {
+        "Scoring",
+        "Sampling mount errors",
+        "Writing the report",
+    } <= set(stages)
     shares = [share for share, stage in told if stage]
     assert shares == sorted(shares) and shares[0] == 0.0 and shares[-1] == 1.0
 

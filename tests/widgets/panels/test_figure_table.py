@@ -94,7 +94,10 @@ def test_only_columns_that_look_different_are_painted_again(table: FigureTable, 
     ("text", "shown"),
     [
         ("= LiDARs 28.5 + 12.4 · < ½ from 20 m", ["= LiDARs 28.5 + 12.4", ""]),
-        ("worst: pedestrian, rear-left · > ½ from 30 m", ["worst: pedestrian, rear-left", "worst: pedestrian", ""]),
+        (
+            "worst: pedestrian, rear-left · > ½ from 30 m",
+            ["worst: pedestrian, rear-left", "worst: pedestrian", ""],
+        ),
     ],
 )
 def test_a_second_line_is_cut_between_its_parts_alone(
