@@ -192,11 +192,12 @@ def as_panel(widget: QWidget) -> None:
 def apply_style(app: QApplication, dark: bool | None = None) -> None:
     """Apply the application's style; `dark` None follows the system."""
     chosen = DARK_TONES if (is_dark() if dark is None else dark) else LIGHT_TONES
-    app.setStyle("Fusion")
+    if not app.styleSheet():  # style and font stay with a change of theme; each would lay out every widget again
+        app.setStyle("Fusion")
+        font = QFontDatabase.systemFont(QFontDatabase.SystemFont.GeneralFont)
+        font.setPointSizeF(min(max(font.pointSizeF(), 9.0), 11.0))
+        app.setFont(font)
     app.setPalette(_qt_palette(chosen))
-    font = QFontDatabase.systemFont(QFontDatabase.SystemFont.GeneralFont)
-    font.setPointSizeF(min(max(font.pointSizeF(), 9.0), 11.0))
-    app.setFont(font)
     app.setStyleSheet(style_sheet(chosen))
 
 

@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
     QTreeWidgetItem,
 )
 
+from riglens.core.errors import InputError
 from riglens.core.footprint.overlap import overlaps
 from riglens.core.footprint.words import camera_rows
 from riglens.core.rig.library import changed_fields, default_library
@@ -128,9 +129,9 @@ def model_note(sensor: Sensor) -> str:
     """Return title and source of the sensor's model, or say that it has none."""
     if sensor.model is None:
         return "no library model"
-    known = {entry.name: entry for entry in default_library().entries()}
-    entry = known.get(sensor.model)
-    if entry is None:
+    try:
+        entry = default_library().entry(sensor.model)
+    except InputError:
         return f"{sensor.model}: not in the library"
     changed = modified_note(sensor)
     return "\n".join([entry.title, *([changed] if changed else []), entry.origin()])
@@ -160,11 +161,12 @@ def pair_note(partner: str) -> str:
 
 def show_sensor(row: QTreeWidgetItem, sensor: Sensor, state: RowState) -> None:
     """Make a row show a sensor."""
+    brief, about = short_type(sensor), model_note(sensor)
     row.setFlags(_FIXED_FLAGS if state.is_locked else _EDIT_FLAGS)
     row.setText(NAME, visible(sensor.name))
     row.setData(NAME, SENSOR_NAME, sensor.name)
     row.setCheckState(NAME, Qt.CheckState.Checked if sensor.enabled else Qt.CheckState.Unchecked)
-    row.setText(TYPE, short_type(sensor) + (MODIFIED if modified_note(sensor) else ""))
+    row.setText(TYPE, brief + (MODIFIED if modified_note(sensor) else ""))
     row.setFont(TYPE, numbers_font(row.font(TYPE)))
     row.setIcon(LOCK, icon("lock") if state.is_locked else icon("unlock", tones().border))
     row.setIcon(EYE, icon("eye-off", tones().muted) if state.is_hidden else icon("eye"))
@@ -174,9 +176,9 @@ def show_sensor(row: QTreeWidgetItem, sensor: Sensor, state: RowState) -> None:
     place = f"\n{state.problem[:1].upper()}{state.problem[1:]}" if state.problem else ""
     row.setToolTip(
         NAME,
-        plain_tip(f"{sensor.name}, {short_type(sensor)}{place}{pair}\n{model_note(sensor)}\n\n{TIPS[NAME]}"),
+        plain_tip(f"{sensor.name}, {brief}{place}{pair}\n{about}\n\n{TIPS[NAME]}"),
     )
-    row.setToolTip(TYPE, plain_tip(model_note(sensor)))
+    row.setToolTip(TYPE, plain_tip(about))
     row.setToolTip(LOCK, "Locked: cannot be moved, edited or deleted." if state.is_locked else TIPS[LOCK])
     row.setToolTip(
         EYE, "Hidden in the view; still included in the scores." if state.is_hidden else "Shown in the view"
