@@ -1,4 +1,5 @@
-"""Background computations of the engine's thread: scores of other rigs, ray audits, tolerances."""
+"""Background computations of the engine's thread: scores of other rigs, ray audits, tolerances, and the base of
+coarse answers."""
 
 from __future__ import annotations
 
@@ -15,6 +16,8 @@ if TYPE_CHECKING:  # made by the engine's thread, which loads the compiler
     from riglens.core.targets.settings import TargetSettings
     from riglens.core.targets.traffic import Traffic
 
+LEARN = BackgroundRequest("coarse answers", "")
+"""Base coarse answers on exact ones from now on, also on the last one; without an answer."""
 EMIT_EVERY = 4
 """Steps between two progress reports of a tolerance."""
 

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject, Signal
 
 from riglens.app.background.background_requests import (
+    LEARN,
     AuditRequest,
     ScoreRequest,
     ToleranceProgress,
@@ -92,6 +93,8 @@ class Recompute(QObject):
         self._last: EvaluationRequest | None = None
         self._gave_up_last = False
         self._scoring: Scoring | None = None
+        self._learns_at_rest = False
+        self._unlearnt: Result | None = None
         self._tolerating: Tolerating | None = None
         self._is_warm = False
         self._others = others
@@ -181,7 +184,7 @@ class Recompute(QObject):
             outcome = problem_line(_HERE, error)
         else:
             self.scene_loaded.emit(scoring.scene)
-            self._scoring = scoring
+            self._scoring, self._unlearnt = scoring, None
             self._evaluate_last_again()
             outcome = ""
         if self._queue.waiting(Priority.LOAD) is None:
@@ -279,7 +282,21 @@ class Recompute(QObject):
                 return
             result = scoring.exact(request, is_followed if first.is_measured else self._is_overtaken)
         self.evaluated.emit(result)
-        scoring.learn(result, is_followed if scoring.has_learnt else lambda: queue.is_closing)
+        self._learn(scoring, result)
+
+    def _learn(self, scoring: Scoring, result: Result) -> None:
+        """Base coarse answers on an exact one of a slow rig; at rest the first base waits for LEARN, so that the
+        processors are left to the objects of the first rig."""
+        queue, is_first = self._queue, not scoring.has_learnt
+        if self._unlearnt is None and not scoring.is_slow(result.evaluation.rig):
+            return
+        if is_first and not (self._learns_at_rest or result.request.is_preview):
+            self._unlearnt = result
+            return
+        scoring.learn(
+            result, (lambda: queue.is_closing) if is_first else partial(queue.is_followed, Priority.EDIT)
+        )
+        self._unlearnt = None
 
     def _exact(self, scoring: Scoring, request: EvaluationRequest) -> Result:
         try:
@@ -328,6 +345,12 @@ class Recompute(QObject):
             from riglens.core.engine.engine import Engine
 
             return audit(Engine(request.scene.field, self._threads), request.rig)
+        if request is LEARN:
+            self._learns_at_rest = True
+            if self._scoring is not None and self._unlearnt is not None:
+                self._scoring.learn(self._unlearnt, cancel)
+                self._unlearnt = None
+            return None
         if isinstance(request, ToleranceRequest):
             from riglens.app.background.tolerating import Tolerating
 

@@ -174,14 +174,14 @@ class Scoring:
         is_measured = not self._costs.is_guess(request.rig)
         return Approximation(request, scores, coarse.grid.voxel_m, found.elapsed_ms, is_measured)
 
-    def learn(self, result: Result, cancel: Cancel) -> None:
-        """Base the next coarse estimates on an exact answer.
+    def is_slow(self, rig: Rig) -> bool:
+        """Return whether an edit of a sensor takes so long that coarse answers should have a base: quick scenes pay
+        nothing."""
+        return self.scene.coarse is not None and self._costs.slowest_ms(rig) > self._coarse_above_ms
 
-        Nothing is done where no sensor is slow, so that quick scenes pay nothing.
-        """
+    def learn(self, result: Result, cancel: Cancel) -> None:
+        """Base the next coarse estimates on an exact answer."""
         exact = result.evaluation
-        if self.scene.coarse is None or self._costs.slowest_ms(exact.rig) <= self._coarse_above_ms:
-            return
         found = self._evaluate_coarse(exact.rig, exact.settings, cancel)
         self._known = (exact.settings, found.scores, exact.scores)
 

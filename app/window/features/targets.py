@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from PySide6.QtCore import Qt, Signal
 
+from riglens.app.background.background_requests import LEARN
 from riglens.app.background.counting import CountAnswer, CountRequest
 from riglens.app.window.feature import Feature
 from riglens.app.window.workbench import Workbench
@@ -53,6 +54,7 @@ class Targets(Feature):
         queued = Qt.ConnectionType.QueuedConnection
         self.counter.answered.connect(self._take, queued)
         self.counter.failed.connect(self._show_none, queued)
+        self.counter.failed.connect(self._leave_processors, queued)
         self.panel.settings_wanted.connect(self.session.set_targets)
         self.session.targets_changed.connect(self._on_settings)
         self.session.settings_changed.connect(self._ask)
@@ -152,10 +154,15 @@ class Targets(Feature):
         self.answer = answer
         if answer.is_whole:
             self._exact = answer.request, answer.cells
+            self._leave_processors()
         if self.document.is_dragging and self._pause.isActive():
             self._is_behind = True
         else:
             self._tell()
+
+    def _leave_processors(self) -> None:
+        """Allow what waits until the figures are exact, or until it is clear that there are none."""
+        self.bench.recompute.ask_in_background([LEARN])
 
     def _tell(self) -> None:
         self._is_behind = False

@@ -14,7 +14,7 @@ from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QMainWindow, QToolBar
 from pytestqt.qtbot import QtBot
 
-from riglens.app.background.background_requests import AuditRequest, ScoreRequest, ToleranceRequest
+from riglens.app.background.background_requests import LEARN, AuditRequest, ScoreRequest, ToleranceRequest
 from riglens.app.background.queue import BackgroundRequest
 from riglens.app.background.recompute import Recompute
 from riglens.app.background.worker import BackgroundWorker
@@ -55,6 +55,7 @@ class FakeRecompute(Recompute):
         self.others: list[ScoreRequest] = []
         self.audits: list[AuditRequest] = []
         self.tolerances: list[ToleranceRequest] = []
+        self.learnt = 0
 
     def compiling(self) -> None:
         """Report that no process compiles kernels."""
@@ -74,6 +75,7 @@ class FakeRecompute(Recompute):
                 self.tolerances.append(request)
             elif isinstance(request, ScoreRequest):
                 self.others.append(request)
+            self.learnt += request is LEARN
 
     def drop_group(self, group: str) -> None:
         self.others = [request for request in self.others if request.group != group]

@@ -17,6 +17,8 @@ from pytestqt.qtbot import QtBot
 
 import riglens.core.figures.evaluated
 import riglens.evaluation.scoring
+from riglens.app.background.background_requests import LEARN
+from riglens.app.background.queue import Priority
 from riglens.core.engine.engine import Engine
 from riglens.core.errors import Cancelled
 from riglens.core.geometry import Pose
@@ -25,7 +27,7 @@ from riglens.core.rig.yaml.file import load_rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.evaluation.requests import FRAME_MS, Approximation, Result
 from tests.app.window_bench import Bench, open_bench
-from tests.waiting import TIMEOUT_MS
+from tests.waiting import TIMEOUT_MS, TIMEOUT_S
 
 QUEUED = Qt.ConnectionType.QueuedConnection
 FINE_M, COARSE_M = 0.5, 1.0
@@ -65,10 +67,15 @@ def opened(qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Ite
         monkeypatch.setattr(riglens.evaluation.scoring, name, math.inf)
     benches: list[AbstractContextManager[Bench]] = []
 
-    def open_it(coarse_above_ms: float = ALL_SLOW, **scene: Any) -> Bench:
-        benches.append(open_bench(qtbot, tmp_path, coarse_above_ms=coarse_above_ms, **scene))
+    def open_it(coarse_above_ms: float = ALL_SLOW, counted: str = "last", **scene: Any) -> Bench:
+        wait = counted != "first"
+        benches.append(open_bench(qtbot, tmp_path, wait=wait, coarse_above_ms=coarse_above_ms, **scene))
         bench = benches[-1].__enter__()
-        assert bench.workbench.recompute.wait_until_idle()
+        recompute = bench.workbench.recompute
+        if counted != "never":
+            recompute.ask_in_background([LEARN])  # as after a count of all frames
+        bench.settle()
+        assert recompute.wait_until_idle(TIMEOUT_S, Priority.BACKGROUND)
         return bench
 
     yield open_it
@@ -97,6 +104,7 @@ class TimedEngine:
 
     exact_ms: Mapping[str, float] = MappingProxyType({})
     coarse_ms: Mapping[str, float] = MappingProxyType({})
+    coarse_made = 0
     gate: threading.Event | None = None
     reached: threading.Event
 
@@ -117,6 +125,7 @@ class TimedEngine:
             assert self.gate.wait(TIMEOUT_MS / 1000)
             if cancel():
                 raise Cancelled
+        type(self).coarse_made += not self._is_exact
         found = self._engine.evaluate(rig, settings, with_seen, cancel=cancel)
         before, self._last = self._last, rig
         if before is None:
@@ -125,11 +134,15 @@ class TimedEngine:
         times = self.exact_ms if self._is_exact else self.coarse_ms
         return replace(found, elapsed_ms=sum(times.get(name, 1.0) for name in changed))
 
+    def scores_without(self, rig: Any, settings: Any) -> Any:
+        return self._engine.scores_without(rig, settings)
+
 
 @pytest.fixture
 def timed(monkeypatch: pytest.MonkeyPatch) -> type[TimedEngine]:
     monkeypatch.setattr(TimedEngine, "exact_ms", TimedEngine.exact_ms)
     monkeypatch.setattr(TimedEngine, "coarse_ms", TimedEngine.coarse_ms)
+    monkeypatch.setattr(TimedEngine, "coarse_made", 0)
     monkeypatch.setattr(TimedEngine, "gate", None)
     monkeypatch.setattr(TimedEngine, "reached", threading.Event(), raising=False)
     monkeypatch.setattr(riglens.core.figures.evaluated, "Engine", TimedEngine)
@@ -146,6 +159,50 @@ def test_a_slow_edit_shows_coarse_scores_first_and_ends_exact_to_the_last_bit(op
     assert watch.states[0] == "coarse (δ 1 m), exact follows"
     assert watch.states[-1] == "exact"
     assert bench.exact_numbers() == bench.fresh_numbers()
+
+
+def test_the_base_of_coarse_answers_waits_for_a_drag_or_until_objects_are_counted(
+    opened: Open, timed: type[TimedEngine]
+) -> None:
+    bench = opened(counted="never")
+    bench.document.set_enabled(("front",), False)
+    bench.settle()
+    assert timed.coarse_made == 0
+    watch = Watch(bench)
+    bench.viewport.press("roof")
+    first = move(bench, "roof", 1.0)
+    watch.wait_for("exact", first)
+    watch.wait_for("coarse", move(bench, "roof", 2.0))
+    assert watch.shown[0] == ("exact", first)
+    bench.viewport.release("roof")
+    bench.settle()
+    assert bench.exact_numbers() == bench.fresh_numbers()
+
+
+@pytest.mark.parametrize("counted", ["first", "last"])
+def test_the_base_is_made_once_whether_scores_or_counts_end_first(
+    opened: Open, timed: type[TimedEngine], counted: str
+) -> None:
+    bench = opened(counted=counted)
+    assert timed.coarse_made == 1
+    bench.document.set_enabled(("front",), False)
+    bench.settle()
+    assert timed.coarse_made == 2
+
+
+def test_a_rig_that_was_slow_gets_its_base_even_if_the_next_edit_is_quick(
+    opened: Open, timed: type[TimedEngine]
+) -> None:
+    bench = opened(counted="never")
+    recompute = bench.workbench.recompute
+    scoring = recompute._scoring
+    assert scoring is not None and not scoring.has_learnt
+    scoring._coarse_above_ms = math.inf
+    bench.document.set_enabled(("front",), False)
+    bench.settle()
+    recompute.ask_in_background([LEARN])
+    assert recompute.wait_until_idle(TIMEOUT_S, Priority.BACKGROUND)
+    assert timed.coarse_made == 1 and scoring.has_learnt
 
 
 def test_any_sequence_of_edits_ends_exact_to_the_last_bit(opened: Open) -> None:

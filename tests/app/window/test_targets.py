@@ -157,6 +157,21 @@ def test_an_answer_to_the_last_request_is_current_when_it_is_of_all_frames(
     assert targets.is_current
 
 
+@pytest.mark.parametrize("fails", [False, True])
+def test_coarse_answers_get_their_base_once_nothing_is_left_to_count(
+    desk: Desk, targets: Targets, qtbot: QtBot, fails: bool
+) -> None:
+    request = start(desk)
+    take(targets, answer(request, 3))
+    assert desk.recompute.learnt == 0
+    if fails:
+        targets.counter.failed.emit("no boxes")
+        QApplication.processEvents()
+    else:
+        take(targets, answer(request))
+    assert desk.recompute.learnt == 1
+
+
 def test_an_answer_to_an_earlier_rig_is_not_shown_after_a_later_one(desk: Desk, targets: Targets) -> None:
     first = start(desk)
     desk.drag("roof", (0.3, 0.0, 2.0))
