@@ -192,7 +192,7 @@ def as_panel(widget: QWidget) -> None:
 def apply_style(app: QApplication, dark: bool | None = None) -> None:
     """Apply the application's style; `dark` None follows the system."""
     chosen = DARK_TONES if (is_dark() if dark is None else dark) else LIGHT_TONES
-    if not app.styleSheet():  # style and font stay with a change of theme; each would lay out every widget again
+    if not app.styleSheet():  # style and font stay with a change of theme: each lays out all widgets anew
         app.setStyle("Fusion")
         font = QFontDatabase.systemFont(QFontDatabase.SystemFont.GeneralFont)
         font.setPointSizeF(min(max(font.pointSizeF(), 9.0), 11.0))
