@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from riglens.core.errors import InputError
 from riglens.core.footprint.detail import in_image, px_per_deg, px_per_m
 from riglens.core.scene.boxes import CLASSES
-from riglens.core.sensors.base import Sensor
+from riglens.core.sensors.base import Sensor, rays_of
 from riglens.core.sensors.camera import Camera, pixel_directions
 from riglens.core.sensors.kind import Echo
 from riglens.core.sensors.registry import kind_of
@@ -34,6 +34,7 @@ EN_62676_4 = (250.0, 125.0, 63.0, 25.0)
 MOST_BANDS, LEAST_LIMIT, MOST_LIMIT = 8, 0.1, 1e5
 _NEAR_M = 0.05
 _HALVINGS = 14
+_MOST_KEPT = 256
 _ROOM_RAD = 1e-6
 """Far more than all rounding of directions."""
 _HEIGHTS = 5
@@ -140,6 +141,41 @@ def footprint(
     names = [echo.cls for echo in echoes]
     bands = zip(names, [math.nan] * len(names), patches, strict=True)
     return Footprint(sensor, tuple(Band(*band) for band in bands))
+
+
+class KeptFootprints:
+    """Footprints by what decides them; for all threads."""
+
+    def __init__(self) -> None:
+        self._known: dict[tuple[object, ...], Footprint] = {}
+
+    def known(self, sensor: Sensor, limits: tuple[float, ...], solid: Solid | None) -> Footprint | None:
+        """Return a footprint that was found before."""
+        return self._known.get(self._key(sensor, limits, solid))
+
+    def found(self, sensor: Sensor, limits: tuple[float, ...], solid: Solid | None) -> Footprint:
+        """Return the footprint of a sensor with such limits of cameras, without what a solid body hides."""
+        key = self._key(sensor, limits, solid)
+        known = self._known.get(key)
+        if known is None:
+            known = footprint(sensor, limits, solid)
+            if len(self._known) >= _MOST_KEPT:
+                self._known.clear()
+            self._known[key] = known
+        return known
+
+    @staticmethod
+    def _key(sensor: Sensor, limits: tuple[float, ...], solid: Solid | None) -> tuple[object, ...]:
+        """Return the rays, the limits, and of a body what may hide ground: without housings out of view."""
+        if solid is None or not solid.housings:
+            return rays_of(sensor), limits, "" if solid is None else solid.fingerprint
+        from riglens.core.sensing.body_ends import obstacle_of  # the compiler
+
+        return rays_of(sensor), limits, obstacle_of(sensor, solid).fingerprint
+
+
+FOOTPRINTS = KeptFootprints()
+"""Footprints of this process: a thread finds those of a car before the window draws them."""
 
 
 def checked_limits(limits: Sequence[float]) -> tuple[float, ...]:

@@ -15,9 +15,8 @@ import pyvista as pv
 from numpy.typing import NDArray
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
-from riglens.core.footprint.ground import Footprint, footprint, has_footprint
+from riglens.core.footprint.ground import FOOTPRINTS, Footprint, footprint, has_footprint
 from riglens.core.rig.model import Camera, Sensor
-from riglens.core.sensors.base import rays_of
 from riglens.core.vehicle.solid import Solid
 from riglens.widgets.drawing.actors import hidden, rgba_actor, show_mesh
 from riglens.widgets.sensors.appearance import ray_colour
@@ -59,7 +58,6 @@ class FootprintsLayer:
         self._edges = [hidden(renderer, rgba_actor(pv.PolyData(), "rgba")) for _ in range(2)]
         for actor in (*self._fills, *self._edges):
             actor.force_translucent = True
-        self._known: dict[tuple[object, ...], Footprint] = {}
         self.set_line_width(1.0)
 
     def set_line_width(self, width_px: float) -> None:
@@ -92,28 +90,11 @@ class FootprintsLayer:
         show_mesh(self._fills[is_selected], _mesh(fills, _FILL_M, _faces))
         show_mesh(self._edges[is_selected], _mesh(edges, _EDGE_M, _outline))
 
-    def _found(
-        self, sensor: Sensor, limits: tuple[float, ...], solid: Solid | None, quick: bool
-    ) -> Footprint:
-        key = (rays_of(sensor), limits, "" if solid is None else _fingerprint(sensor, solid))
-        known = self._known.get(key)
-        if known is not None:
-            return known
+    @staticmethod
+    def _found(sensor: Sensor, limits: tuple[float, ...], solid: Solid | None, quick: bool) -> Footprint:
         if quick:
-            return quick_footprint(sensor, limits)
-        if len(self._known) >= _MOST_KEPT:
-            self._known.clear()
-        found = self._known[key] = footprint(sensor, limits, solid)
-        return found
-
-
-def _fingerprint(sensor: Sensor, solid: Solid) -> str:
-    """Return the fingerprint of the part of a body that may hide ground from a sensor: without housings out of view."""
-    if not solid.housings:
-        return solid.fingerprint
-    from riglens.core.sensing.body_ends import obstacle_of  # the compiler
-
-    return obstacle_of(sensor, solid).fingerprint
+            return FOOTPRINTS.known(sensor, limits, solid) or quick_footprint(sensor, limits)
+        return FOOTPRINTS.found(sensor, limits, solid)
 
 
 @lru_cache(maxsize=_MOST_KEPT)

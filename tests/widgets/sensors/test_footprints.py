@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from riglens.core.footprint.ground import EN_62676_4, footprint
+from riglens.core.footprint.ground import EN_62676_4, FOOTPRINTS, footprint
 from riglens.core.rig.model import Camera, KannalaBrandt, Vehicle
 from riglens.core.sensors.ultrasonic import Ultrasonic
 from riglens.core.vehicle.housings import with_housings
@@ -69,3 +69,15 @@ def test_a_housing_hides_ground_where_it_is_in_view(layer):
         areas.append(drawn(layer, True).triangulate().compute_cell_sizes()["Area"].sum())
         assert areas[-1] == pytest.approx(footprint(low, solid=solid).area_m2, rel=1e-4)
     assert areas[0] == areas[2] > 1.001 * areas[1]
+
+
+def test_a_footprint_that_is_known_is_shown_while_something_moves(layer):
+    low, solid = SOUND.replace(position=(2.1, 0.9, 0.5), rpy_deg=(0.0, 0.0, 150.0)), solid_of(Vehicle())
+    areas = []
+    for moved in (low, low, low.replace(position=(2.1, 0.95, 0.5))):
+        layer.show([moved], True, True, DARK, EN_62676_4, solid, True)
+        areas.append(drawn(layer, True).triangulate().compute_cell_sizes()["Area"].sum())
+        if len(areas) == 1:
+            FOOTPRINTS.found(low, EN_62676_4, solid)
+    free, cut = footprint(low, step_deg=4.0).area_m2, footprint(low, solid=solid).area_m2
+    assert areas == pytest.approx([free, cut, free], rel=1e-3) and cut < 0.95 * free
