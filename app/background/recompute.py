@@ -27,6 +27,7 @@ from riglens.app.background.compiling import OtherKernels
 from riglens.app.background.queue import SYSTEM_CLOCK, BackgroundRequest, Clock, Job, Priority, RequestQueue
 from riglens.app.background.worker import WorkerThread, group_of, problem_line
 from riglens.core.errors import Cancelled
+from riglens.core.rig.model import Vehicle
 from riglens.core.scene.boxes import Progress
 from riglens.evaluation.options import SceneOptions
 from riglens.evaluation.requests import FRAME_MS, EvaluationRequest, LoadedScene, Result
@@ -229,7 +230,9 @@ class Recompute(QObject):
 
         others, last = self._others, self._last
         if others is not None and all(others.is_done(step) for step in STEPS):
-            warm_up(scene.field, self._threads)  # all are on disk: the rig is evaluated once
+            # all are on disk: the rig is evaluated once, and its car is the only one that is made
+            car = Vehicle() if last is None or last.rig.vehicle.lacks_mesh else last.rig.vehicle
+            warm_up(scene.field, self._threads, vehicle=car)
         else:
             self.load_preparing.emit()
             if half is not None and others is not None and others.is_running:

@@ -22,7 +22,7 @@ from riglens.core.kernels.runtime.jit import FOLDER, use_threads
 from riglens.core.kernels.voxels import update_coverage
 from riglens.core.metric.entropy import EntropyField
 from riglens.core.metric.scores import MetricSettings
-from riglens.core.rig.model import BrownConrady, Camera, Lidar, LinearAngles, Rig, Sensor
+from riglens.core.rig.model import BrownConrady, Camera, Lidar, LinearAngles, Rig, Sensor, Vehicle
 from riglens.core.scene.boxes import CLASSES, DataReport
 from riglens.core.scene.columns import VoxelIndex, pack, words_per_column
 from riglens.core.scene.grid import VoxelGrid
@@ -72,9 +72,10 @@ def warm_up(
     threads: int | None = None,
     rig: Rig | None = None,
     settings: MetricSettings | None = None,
+    vehicle: Vehicle = ON_THE_CAR.vehicle,
 ) -> None:
-    """Compile the kernels that a rig needs, without one those that most rigs need, or load them from disk, so that no
-    answer's time includes it."""
+    """Compile the kernels that a rig needs, without one those that most rigs need, on a car that is made for them, or
+    load them from disk, so that no answer's time includes it."""
     engine = Engine(field, threads, for_edits=False)
     if rig is None or needs_fans(rig):
         compile_fans(field)
@@ -82,8 +83,9 @@ def warm_up(
         engine.evaluate(rig, settings or MetricSettings(), with_seen=False)
         return
     engine.evaluate(WARM_UP, with_seen=False)
+    on_it = ON_THE_CAR.model_copy(update={"vehicle": vehicle})
     for one in (engine, Engine(field, 1, for_edits=False)):  # edits beside other programs take one thread
-        one.evaluate(ON_THE_CAR, MetricSettings(body="blocks"), with_seen=False)
+        one.evaluate(on_it, MetricSettings(body="blocks"), with_seen=False)
     _compile_edits(field)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import threading
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
 MATERIALS = ("paint", "panel", "glass", "trim", "gap", "lamp", "tail", "plate", "tyre", "rim", "dark")
 """Materials of triangles; the number of a material is its index."""
 GLASS = MATERIALS.index("glass")
+_MAKING = threading.Lock()
+"""Held while a solid is made: threads that open a car ask for the same one at once."""
 
 
 def solid_of(vehicle: Vehicle, stance: Pose = Pose()) -> Solid:
@@ -33,7 +36,8 @@ def solid_of(vehicle: Vehicle, stance: Pose = Pose()) -> Solid:
     """
     if vehicle.lacks_mesh:
         raise InputError(f"vehicle.body: the mesh '{vehicle.body}' has not been read")
-    solid = _solid(vehicle)
+    with _MAKING:
+        solid = _solid(vehicle)
     return solid if stance == Pose() else _standing(solid, stance)
 
 

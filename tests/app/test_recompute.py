@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from riglens.app.background.recompute import CANCELLED, Recompute
 from riglens.core.errors import Cancelled, InputError
 from riglens.core.geometry import Pose
 from riglens.core.metric.scores import MetricSettings
-from riglens.core.rig.model import Rig
+from riglens.core.rig.model import Rig, Vehicle
 from riglens.core.scene.boxes import Progress
 from riglens.evaluation.options import SceneOptions
 from riglens.evaluation.requests import EvaluationRequest, LoadedScene
@@ -29,6 +30,7 @@ from tests.hand_clock import HandClock
 from tests.waiting import TIMEOUT_MS, TIMEOUT_S
 
 QUEUED = Qt.ConnectionType.QueuedConnection
+LONG = Vehicle(length=5.1)
 
 
 def request(revision: int, is_preview: bool = False) -> EvaluationRequest:
@@ -177,14 +179,22 @@ def test_the_open_rig_is_compiled_first_and_all_else_after_its_answer(
         def begin_beside(self, half: str) -> None:
             done.append(f"{half} beside")
 
-    def warm_up(field: object, threads: object, rig: Rig | None = None, settings: object = None) -> None:
+    def warm_up(
+        field: object,
+        threads: object,
+        rig: Rig | None = None,
+        settings: object = None,
+        vehicle: Vehicle | None = None,
+    ) -> None:
         done.append("warm up" if rig is None else f"warm up {len(rig.sensors)}")
+        assert vehicle in (None, LONG)
 
     monkeypatch.setattr("riglens.core.engine.warm_up.warm_up", warm_up)
     recompute = Recompute(threads=1, coarse_above_ms=math.inf, waits=True, others=Others())
     preparing = list[bool]()
     recompute.load_preparing.connect(lambda: preparing.append(True), Qt.ConnectionType.DirectConnection)
     wanted = request(1)
+    wanted = replace(wanted, rig=wanted.rig.model_copy(update={"vehicle": LONG}))
     recompute.evaluate(wanted)
     recompute.load(scene_options(tmp_path))
     recompute.begin()

@@ -1,6 +1,9 @@
 """The car as rays meet it: the tree of boxes finds what a search over all triangles finds, to the last bit."""
 
 import math
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -11,9 +14,11 @@ from riglens.core.errors import InputError
 from riglens.core.kernels.body.solid import meet_listed
 from riglens.core.rig.body_mesh import BodyMesh
 from riglens.core.rig.model import PARAMETRIC_BODIES, Vehicle
+from riglens.core.vehicle.body import body_parts
 from riglens.core.vehicle.profile import reference_vehicle
 from riglens.core.vehicle.solid import GLASS, MATERIALS, Solid, solid_of
 from tests.core.vehicle.solids import box, brute_force, plate, soup
+from tests.waiting import TIMEOUT_S
 
 
 def random_directions(rng: np.random.Generator, count: int) -> np.ndarray:
@@ -118,6 +123,22 @@ def test_the_same_body_gives_the_same_solid_and_every_difference_another_fingerp
     assert len(prints) == 3
     one = plate(1.0)
     assert Solid.of(one).fingerprint != Solid.of(one, np.full(2, MATERIALS.index("tyre"))).fingerprint
+
+
+def test_threads_that_want_the_same_body_at_once_get_the_same_solid(monkeypatch: pytest.MonkeyPatch) -> None:
+    vehicle, made, both_make = Vehicle(length=4.31), [], threading.Barrier(2)
+
+    def slow(vehicle: Vehicle) -> list[object]:
+        made.append(vehicle)
+        with suppress(threading.BrokenBarrierError):
+            both_make.wait(0.5)  # in vain: the other one waits for this one
+        return body_parts(vehicle)
+
+    monkeypatch.setattr("riglens.core.vehicle.solid.body_parts", slow)
+    with ThreadPoolExecutor(2) as pool:
+        both = [pool.submit(solid_of, vehicle) for _ in range(2)]
+        one, other = (each.result(TIMEOUT_S) for each in both)
+    assert one is other and made == [vehicle]
 
 
 def test_a_mesh_of_a_file_is_placed_and_one_that_is_missing_is_said_to_be() -> None:
