@@ -41,7 +41,8 @@ CAPTIONS = "captions.txt"
 _FROM_AHEAD_DEG, _FILLED = (-38.0, 24.0), 0.86
 _KEY = 0.15
 """Share of a picture's height that its key has to itself."""
-_SHADOW_M = 0.4
+_SHADOW_M, _CLOSE_SHADOW_M = 0.4, 0.15
+"""Shadow beside the car inside the margin of a picture: all of it, or so much that the margin holds the rest."""
 _AROUND_M = 4.5
 """Ground beside the car in the picture of blind zones."""
 _SCALE = 12.0
@@ -112,7 +113,7 @@ def car_with_sensors(rig: Rig) -> tuple[bytes, tuple[int, int], tuple[tuple[floa
 
     size_px = 1040, 680
     state = _unlabelled(_plain(rig_state(rig, "light")))
-    camera = _close_up(state, "iso", size_px, _SHADOW_M, _FROM_AHEAD_DEG)
+    camera = _close_up(state, "iso", size_px, _CLOSE_SHADOW_M, _FROM_AHEAD_DEG)
     places = np.array([one.position for one in rig.sensors]).reshape(-1, 3)
     seen = camera.project(places, size_px)[:, :2].tolist()
     image = render_still(replace(state, camera=camera), size_px, transparent=True)

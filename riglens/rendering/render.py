@@ -30,6 +30,7 @@ from riglens.core.option_help import OptionHelp
 from riglens.core.rig.model import Rig
 from riglens.core.scene.grid import VoxelGrid
 from riglens.core.scene.pog import Pog
+from riglens.core.scene.readers.bundled import streets_around
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.ground import ground_view
 from riglens.core.targets.settings import TargetSettings
@@ -207,7 +208,8 @@ def scored_state(
         return state
     from riglens.widgets.traffic.frame import plain_frame
 
-    return replace(state, traffic=plain_frame(traffic))
+    shown = plain_frame(traffic)
+    return replace(state, traffic=shown, streets=streets_around(traffic.data, shown.frame))
 
 
 def draw_evaluated(

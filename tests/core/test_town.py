@@ -15,7 +15,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tools.town.surroundings import occluder_table, surroundings
+from tools.town.streets import street_table
+from tools.town.surroundings import MAP, occluder_table, surroundings
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "assets" / "scenarios" / "town"
@@ -67,6 +68,10 @@ def in_map(boxes: NDArray[np.float64], pose: dict[str, str]) -> NDArray[np.float
     moved[:, 1] = y + sin * boxes[:, 0] + cos * boxes[:, 1]
     moved[:, 4] += yaw
     return moved
+
+
+def test_the_streets_are_those_that_the_script_makes() -> None:
+    assert text_of("streets.csv.gz") == street_table(MAP)
 
 
 @pytest.mark.slow

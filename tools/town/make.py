@@ -24,7 +24,7 @@ from pathlib import Path
 import libsumo
 
 from tools.town.drives import Drive, Place, drives, fixed
-from tools.town.streets import SEED, Point
+from tools.town.streets import SEED, Point, street_table
 from tools.town.surroundings import MAP, Standing, occluder_table, surroundings
 from tools.town.traffic import KINDS, build_network, map_origin, read_edges, simulate, write_traffic
 
@@ -62,6 +62,7 @@ def tables(scenario: Scenario) -> dict[str, str]:
         "boxes.csv": "\n".join(boxes) + "\n",
         "occluders.csv": occluder_table(scenario.standing),
         "poses.csv": "\n".join(poses) + "\n",
+        "streets.csv": street_table(MAP),
     }
 
 

@@ -113,6 +113,17 @@ def node_name(key: NodeKey) -> str:
     return "n" + "_".join(str(k).replace("-", "m") for k in key)
 
 
+def street_table(map_name: str) -> str:
+    """Return the text of the table of all streets: their middles, and their lanes from the kerb to the middle."""
+    uses = {"pedestrian": "sidewalk", "bicycle": "bike", PARKING: "parking"}
+    nodes, rows = node_positions(), ["map,street,lanes,x,y"]
+    for number, one in enumerate(town_segments()):
+        lanes = "/".join(f"{uses.get(allow, 'motor')} {width_m:g}" for allow, width_m in one.street.lanes)
+        line = centre_line(nodes[one.start], nodes[one.end], one.bend_m)
+        rows += [f"{map_name},{number},{lanes},{x:.2f},{y:.2f}" for x, y in line]
+    return "\n".join(rows) + "\n"
+
+
 def write_xml(root: ET.Element, path: Path) -> None:
     """Write a file of SUMO."""
     ET.indent(root)

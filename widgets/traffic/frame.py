@@ -44,6 +44,8 @@ class ShownFrame:
     enough: int
     pointed_out: int | None = None
     is_plain: bool = False
+    frame: int = 0
+    """Number of the frame in the data."""
 
 
 def plain_frame(traffic: Traffic) -> ShownFrame:
@@ -62,6 +64,7 @@ def plain_frame(traffic: Traffic) -> ShownFrame:
     return ShownFrame(
         traffic.cls[chosen], traffic.centre_m[chosen], traffic.size_m[chosen], traffic.rotation[chosen],
         np.zeros(len(chosen), np.int64), np.zeros((0, 3), np.float32), np.zeros(0, np.bool_), 1, is_plain=True,
+        frame=int(traffic.frame[first]),
     )  # fmt: skip
 
 

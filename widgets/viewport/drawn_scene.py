@@ -58,7 +58,7 @@ _KEY = {
     "palette",
     "ground_map",
 }
-_BACKDROP = ("camera", "grid", "palette", "show_ground", "vehicle")
+_BACKDROP = ("camera", "grid", "palette", "show_ground", "streets", "vehicle")
 _CENTRE_PX = 8.0
 """So near to the middle plane a sensor that snaps is put on it."""
 
@@ -152,10 +152,12 @@ class DrawnScene:
         words = self._words
         return (
             ({"palette"}, self._show_palette),
-            ({"palette"}, lambda s: self._ground.set_palette(s.palette)),
+            (
+                {"palette", "streets", "show_ground"},
+                lambda s: self._ground.show(s.palette, s.streets, s.show_ground),
+            ),
             ({"grid", "palette"}, lambda s: self._roi.set_grid(s.grid, s.palette)),
             ({"heat_look"}, lambda s: self._roi.set_shown(not s.heat_look.draped)),
-            ({"palette", "show_ground"}, lambda s: self._ground.set_shown(s.show_ground)),
             (_BODIES, lambda s: self._rig.show_bodies(s, self._hovered)),
             ({"ghosts", "palette"}, self._rig.show_ghosts),
             ({*_BODIES, "masts"} - {"failed"}, self._masts.show),

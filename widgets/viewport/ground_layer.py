@@ -1,6 +1,6 @@
-"""Draw the ground: a plane that fades into the horizon, a road with its lanes, rings of distance, and a map.
+"""Draw the ground: a plane that fades into the horizon, streets with their marks, rings of distance, and a map.
 
-The road is a plain one through the car, for scale: it says nothing about the data's own roads.
+Without streets of the traffic the car stands on a plain road, for scale.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from vtkmodules.vtkRenderingCore import vtkProp, vtkRenderer, vtkTexture
 
 from riglens.core.scene.grid import VoxelGrid
+from riglens.core.scene.streets import StreetView
 from riglens.widgets.drawing.actors import exchange, hidden, plain_actor, rgba_actor
 from riglens.widgets.theme import Palette, rgb
 from riglens.widgets.viewport.ground_map import GroundMap
@@ -30,7 +31,7 @@ actors and make each of them rewrite its depths."""
 
 
 class GroundLayer:
-    """Ground, road and rings; rebuilt when the palette changes."""
+    """Ground, streets and rings; rebuilt when the palette or the streets change."""
 
     def __init__(self, renderer: vtkRenderer) -> None:
         self._renderer = renderer
@@ -38,19 +39,19 @@ class GroundLayer:
         self._rings: list[pv.Actor] = []
         self._width_px = 1.0
 
-    def set_palette(self, palette: Palette) -> None:
-        """Draw the ground in the colours of a palette."""
-        marks = rgba_actor(_marks(palette), "rgba")
+    def show(self, palette: Palette, streets: StreetView | None, shown: bool) -> None:
+        """Draw the ground in the colours of a palette, with streets or a plain road, unless it is not shown."""
+        road = _road(palette) if streets is None else _asphalt(streets.asphalt, palette)
+        marks = rgba_actor(
+            _painted_marks(_plain_marks() if streets is None else streets.marks, palette), "rgba"
+        )
         marks.force_translucent = True
         rings = plain_actor(_rings(), color=palette.ring, lighting=False, opacity=0.8)
-        actors = [rgba_actor(_plane(palette), "rgb"), rgba_actor(_road(palette), "rgb"), marks, rings]
+        actors = [rgba_actor(_plane(palette), "rgb"), rgba_actor(road, "rgb"), marks, rings]
         exchange(self._renderer, self._actors, actors)
         self._actors, self._rings = actors, [rings]
         self.set_line_width(self._width_px)
-
-    def set_shown(self, shown: bool) -> None:
-        """Show the ground, or leave it out."""
-        for actor in self._actors:
+        for actor in actors:
             actor.visibility = shown
 
     def set_line_width(self, width_px: float) -> None:
@@ -94,28 +95,35 @@ def _lattice(points: Points) -> pv.PolyData:
     return pv.PolyData(points.reshape(-1, 3).astype(np.float32), np.insert(quads, 0, 4, axis=1).ravel())
 
 
-def _marks(palette: Palette) -> pv.PolyData:
-    """Return the lane marks: solid edges, a double line where the directions part, dashes elsewhere."""
+def _asphalt(quads: Points, palette: Palette) -> pv.PolyData:
+    mesh = _on_ground(quads, _ROAD_Z)
+    mesh["rgb"] = faded(np.asarray(mesh.points, np.float64), palette.road, palette)
+    return mesh
+
+
+def _on_ground(quads: Points, z_m: float) -> pv.PolyData:
+    """Return a surface of quadrangles (q, 4, 2) at a height."""
+    points = np.column_stack([quads.reshape(-1, 2), np.full(4 * len(quads), z_m)])
+    faces = np.insert(np.arange(len(points)).reshape(-1, 4), 0, 4, axis=1).ravel()
+    return pv.PolyData(points.astype(np.float32), faces)
+
+
+def _plain_marks() -> Points:
+    """Return the marks (q, 4, 2) of the plain road: solid edges, a double line where the directions part, dashes
+    elsewhere."""
     bars = [(x, x + 8.0, y, 0.14) for y in (LANES_M[0], LANES_M[-1]) for x in np.arange(-96.0, 96.0, 8.0)]
     bars += [
         (x, x + 8.0, _DIVIDED_M + side, 0.11) for side in (-0.13, 0.13) for x in np.arange(-96.0, 96.0, 8.0)
     ]
     dashed = [y for y in LANES_M[1:-1] if y != _DIVIDED_M]
     bars += [(x, x + 3.0, y, 0.12) for y in dashed for x in np.arange(-94.5, 96.0, 9.0)]
-    corners = np.array(
-        [
-            [
-                (a, y - w / 2, _MARK_Z),
-                (b, y - w / 2, _MARK_Z),
-                (b, y + w / 2, _MARK_Z),
-                (a, y + w / 2, _MARK_Z),
-            ]
-            for a, b, y, w in bars
-        ]
-    )
-    points = corners.reshape(-1, 3)
-    faces = np.insert(np.arange(len(points)).reshape(-1, 4), 0, 4, axis=1).ravel()
-    mesh = pv.PolyData(points.astype(np.float32), faces)
+    return np.array([[(a, y - w / 2), (b, y - w / 2), (b, y + w / 2), (a, y + w / 2)] for a, b, y, w in bars])
+
+
+def _painted_marks(quads: Points, palette: Palette) -> pv.PolyData:
+    """Return marks that fade with distance, with an `rgba` point array."""
+    mesh = _on_ground(quads, _MARK_Z)
+    points = quads.reshape(-1, 2)
     away = np.hypot(points[:, 0], points[:, 1])
     alpha = 255.0 * 0.62 * np.clip((96.0 - away) / 60.0, 0.0, 1.0)
     mesh["rgba"] = np.column_stack(

@@ -9,6 +9,7 @@ from riglens.core.geometry import Pose, Vec3
 from riglens.core.rig.groups import Poses, centre_m
 from riglens.core.rig.model import Rig, Sensor, Vehicle
 from riglens.core.scene.grid import VoxelGrid
+from riglens.core.scene.streets import StreetView
 from riglens.core.vehicle.placing import FREE, PlacingRules
 from riglens.core.view.heatmap_data import HeatmapData
 from riglens.widgets.drawing.camera import OrbitCamera
@@ -69,7 +70,7 @@ class SceneState:
     where there is one. Without `show_selection` the selected sensor has the colour of its kind, but still the rays of
     a selected one. `skin_gain` colours the car by values at spots on its skin, in place of the heatmap. `ghosts` are
     sensors that are not in the rig, to be seen beside those that are. With `snap` drags end on round numbers, 0.05 m
-    and 5 degrees; `placing` says how sensors are put on the car.
+    and 5 degrees; `placing` says how sensors are put on the car. Without `streets` it stands on a plain road.
     """
 
     vehicle: Vehicle = field(default_factory=Vehicle)
@@ -93,6 +94,7 @@ class SceneState:
     stubs: Stubs | None = None
     ghosts: tuple[Sensor, ...] = ()
     traffic: ShownFrame | None = None
+    streets: StreetView | None = None
     ground_map: GroundMap | None = None
     camera: OrbitCamera = field(default_factory=OrbitCamera)
     gizmo_mode: GizmoMode = "both"

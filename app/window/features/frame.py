@@ -129,7 +129,17 @@ class FrameView(Feature):
         """Show plain bodies, or none, unless a frame is chosen."""
         wanted = self._plain if self.actions["plain_traffic"].isChecked() else None
         if self._shown is None and self.viewport.state.traffic is not wanted:
-            self.viewport.show_state(replace(self.viewport.state, traffic=wanted))
+            self._draw(wanted)
+
+    def _draw(self, shown: ShownFrame | None) -> None:
+        """Draw a frame on its streets, or none."""
+        from riglens.core.scene.readers.bundled import (
+            streets_around,
+        )  # reads tables: not while the window opens
+
+        traffic = self._traffic
+        streets = None if shown is None or traffic is None else streets_around(traffic.data, shown.frame)
+        self.viewport.show_state(replace(self.viewport.state, traffic=shown, streets=streets))
 
     # ------------------------------------------------------------------ choosing
     def _choose(self, frame: int | None) -> None:
@@ -245,7 +255,7 @@ class FrameView(Feature):
         if request is self._asked:
             self._asked = None
         frame = shown_frame(scene, request.settings.min_points, request.explain)
-        self.viewport.show_state(replace(self.viewport.state, traffic=frame))
+        self._draw(frame)
         self.drawn.emit()
         if missed is not None and request.explain is not None:
             self._targets.panel.say(missed_text(scene, request.explain, missed), stays=True)
@@ -264,7 +274,7 @@ def shown_frame(scene: FrameScene, enough: int, pointed_out: int | None) -> Show
     boxes = scene.boxes
     return ShownFrame(
         boxes.cls, boxes.centre_m, boxes.size_m, boxes.rotation, scene.points, scene.places_m, scene.box >= 0,
-        enough, pointed_out,
+        enough, pointed_out, frame=scene.frame,
     )  # fmt: skip
 
 

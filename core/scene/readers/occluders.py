@@ -32,7 +32,7 @@ def open_occluders(occluders: Path, poses: Path, origin_m: Vec3 = (0.0, 0.0, 0.0
     with readable(occluders):
         cls, maps = _read_occluders(occluders)
     with readable(poses):
-        placed = _read_poses(poses)
+        placed = read_poses(poses)
         digest = hashlib.sha256(file_digest(occluders) + file_digest(poses)).hexdigest()
     return Occluders(str(poses), cls, maps, placed, origin_m, digest)
 
@@ -68,7 +68,8 @@ def _maps(names: list[str], codes: NDArray[np.int64], numbers: NDArray[np.float6
     }
 
 
-def _read_poses(path: Path) -> dict[FrameName, MapPose]:
+def read_poses(path: Path) -> dict[FrameName, MapPose]:
+    """Return the pose of each frame in a table; InputError for a frame with two."""
     found: dict[FrameName, MapPose] = {}
     for rows in _rows(path, POSE_COLUMNS):
         try:

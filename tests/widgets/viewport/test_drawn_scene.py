@@ -12,6 +12,7 @@ import pyvista as pv
 
 from riglens.core.rig.model import Lidar, LinearAngles, Rig, Vehicle
 from riglens.core.scene.grid import VoxelGrid
+from riglens.core.scene.streets import StreetView
 from riglens.core.vehicle.placing import PlacingRules
 from riglens.core.view.heatmap_data import HeatmapData
 from riglens.widgets.drawing.camera import OrbitCamera
@@ -38,7 +39,7 @@ HEAT = HeatmapData(
 GROUND = GroundMap((-1.0, -1.0), 1.0, np.zeros((2, 2), np.uint8), (), "Blind areas")
 LAYERS = {
     "_body": ("set_vehicle",),
-    "_ground": ("set_palette", "set_shown"),
+    "_ground": ("show",),
     "_roi": ("set_grid", "set_shown"),
     "_rig": ("show_bodies", "show_fans", "show_ghosts"),
     "_heatmap": ("set_data", "set_look"),
@@ -105,7 +106,7 @@ CHANGES: list[tuple[dict[str, Any], set[str]]] = [
     ({"show_gizmo": False}, set()),
     ({"snap": True}, set()),
     ({"placing": PlacingRules(upright=True)}, set()),
-    ({"show_ground": False}, {"ground.set_shown"}),
+    ({"show_ground": False}, {"ground.show"}),
     ({"show_selection": False}, {"masts.show", "rig.show_bodies", "rig.show_fans of the selected sensor"}),
     ({"fixed": frozenset({"roof"})}, set()),
     ({"vehicle": Vehicle(length=5.0)}, {"body.set_vehicle", "skin_gain.show"}),
@@ -141,11 +142,12 @@ CHANGES: list[tuple[dict[str, Any], set[str]]] = [
     ({"masts": (Mast("roof", (0.2, 0.5, 1.45), "0.75 m", "in full"),)}, {"masts.show"}),
     ({"stubs": Stubs("roof", (0.2, 0.5, 2.2), np.zeros((1, 3), np.float32))}, {"stubs.show"}),
     ({"traffic": FRAME}, {"traffic.set_frame"}),
+    ({"streets": StreetView(np.zeros((1, 4, 2)), np.zeros((1, 4, 2)))}, {"ground.show"}),
     (
         {"palette": palette(False)},
         {
-            "body.set_vehicle", "ground.set_palette", "heatmap.set_data", "drape.show",
-             "ground.set_shown", "roi.set_grid", "rig.show_bodies",
+            "body.set_vehicle", "ground.show", "heatmap.set_data", "drape.show",
+            "roi.set_grid", "rig.show_bodies",
             "rig.show_fans", "rig.show_ghosts", "words.show_legend", "words.show_caption", "marker.set_marker",
             "gizmo.set_palette", "traffic.set_frame", "masts.show", "measure.show", "words.show_ground_key",
         },
