@@ -47,7 +47,11 @@ class OwnProcess:
 
     def receive(self, loads: Callable[[bytes], Any] = pickle.loads) -> Any:
         """Return the next message; raise EOFError or OSError when there is none, InputError for a failure."""
-        message = loads(self.pipe.recv_bytes())
+        try:
+            message = loads(self.pipe.recv_bytes())
+        except (EOFError, OSError):
+            self._process.join(1.0)  # for its exit code
+            raise
         if isinstance(message, Failure):
             self.end()
             raise InputError(message.line)
@@ -68,6 +72,12 @@ class OwnProcess:
             return said
         finally:
             self.end()
+
+    def lost(self, work: str) -> InputError:
+        """Return what to say of work whose process ended by itself."""
+        code = self._process.exitcode
+        how = "" if code is None else f" (signal {-code})" if code < 0 else f" (exit code {code})"
+        return InputError(f"{work} exited without a result{how}")
 
     def end(self) -> None:
         """End the process at once, at any moment: files appear whole or not at all."""

@@ -12,7 +12,6 @@ from PySide6.QtCore import QObject
 
 from riglens.app.background.own_process import OwnProcess, Tell
 from riglens.app.background.worker import BackgroundWorker, Context
-from riglens.core.errors import InputError
 from riglens.core.monitor import Monitor, Stage
 from riglens.rendering.display import prepare_drawing
 
@@ -65,7 +64,7 @@ class PictureMaker(BackgroundWorker[PictureJob, bytes]):
             process.pipe.send(job)
             png: bytes = process.receive()
         except (EOFError, OSError) as error:
-            raise InputError("the drawing process exited without a result") from error
+            raise process.lost("the drawing process") from error
         return png
 
 
@@ -76,7 +75,7 @@ def drawn_set(state: object, folder: Path, size_px: tuple[int, int], scale: int,
         process.pipe.send((state, folder, size_px, scale))
         count: int = process.result(tell)
     except (EOFError, OSError) as error:
-        raise InputError("the drawing process exited without a result") from error
+        raise process.lost("the drawing process") from error
     return count
 
 

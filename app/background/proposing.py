@@ -144,7 +144,7 @@ class Proposer(QObject):
             self._reader.join()
 
     def _read(self, process: OwnProcess) -> None:
-        line = "the search for rigs exited without a message"
+        line = ""
         with suppress(RuntimeError):  # Qt's: the window is gone
             try:
                 while True:
@@ -154,7 +154,7 @@ class Proposer(QObject):
             except InputError as error:
                 line = str(error)
             except (EOFError, OSError):
-                pass
+                line = str(process.lost("the search for rigs"))
             if self._process is process:
                 self.failed.emit(line)
 

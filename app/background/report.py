@@ -37,7 +37,7 @@ def make_report(job: ReportJob, tell: Tell, work: str = WORK) -> Path:
         process.pipe.send(job)
         said: str = process.result(tell)
     except (EOFError, OSError) as error:
-        raise InputError("the process exited without a message") from error
+        raise process.lost("the report's process") from error
     if said:
         raise InputError(said)
     return job.out

@@ -40,6 +40,8 @@ _DOT_PX, _RIM_PX, _CORNERS = 4.5, 2.0, 20
 """Radius of a dot without its rim, width of the rim, and corners of the polygon."""
 _BODY_PX = 34.0
 """A sensor whose body is larger than that needs no dot."""
+_LEAST_CAR_PX = 26.0
+"""Length of a car that two dots do not hide."""
 _ASIDE_DEG = 100.0
 """Bearing of the labels of the rings from the viewer's, where nothing else is."""
 _OFF_GIZMO_PX = 118
@@ -93,13 +95,14 @@ class PlaceWordsLayer:
         self._styled = state.palette
 
     def _place_dots(self, state: SceneState, size: Size, unit: float) -> list[Box]:
-        """Put a dot on every sensor that is small in the picture; return the pixels of all sensors."""
+        """Put a dot on every small sensor, unless dots would hide the car; return the pixels of all sensors."""
         sensors = state.shown
         if not sensors:
             self._dots.SetVisibility(False)
             return []
         places = np.array([sensor.position for sensor in sensors])
         pixels = state.camera.project(places, size)
+        car_px = state.vehicle.length / state.camera.metres_per_pixel(np.zeros(3), size)
         boxes, centres, colours = [], [], []
         for sensor, (x, y, depth) in zip(sensors, pixels.tolist(), strict=True):
             if depth <= 0.0:
@@ -109,7 +112,8 @@ class PlaceWordsLayer:
             boxes.append(Box(x - 5 * unit, size[1] - y - 5 * unit, 10 * unit, 10 * unit))
             pixel_m = state.camera.metres_per_pixel(np.array(sensor.position), size)
             is_large = _extent_m(sensor) / pixel_m > _BODY_PX * unit
-            if is_large or (is_selected and state.gizmo_pose is not None) or sensor.name in state.failed:
+            has_handles = is_selected and state.gizmo_pose is not None
+            if is_large or car_px < _LEAST_CAR_PX * unit or has_handles or sensor.name in state.failed:
                 continue
             colour = state.palette.selected if is_selected else colour_of(sensor.kind)
             rim = _RIMS[not state.palette.is_dark]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from dataclasses import replace
 from multiprocessing.connection import Connection
@@ -13,12 +14,15 @@ from PySide6.QtGui import QGuiApplication, QImage
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
+from riglens.app.background import picture_process
 from riglens.app.background.picture_process import PictureJob, PictureMaker
 from riglens.app.window.settings import Settings
+from riglens.core.errors import InputError
 from riglens.core.figures.figure import Estimate
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
 from riglens.rendering.picture import Findings, PictureWords, with_words
+from riglens.rendering.picture_set import CAPTIONS, VIEWS
 from riglens.widgets.panels.dialogs.picture import PictureDialog
 from riglens.widgets.theme import palette
 from riglens.widgets.viewport.scene_state import SceneState
@@ -222,3 +226,30 @@ def test_the_options_of_the_last_time_are_chosen_again_also_in_the_next_session(
     kept.write("picture/options", {"legend": "no", "nonsense": True})
     picture.restore(kept)
     assert picture._scale == 1 and picture._options == {"nonsense": True}
+
+
+@pytest.mark.slow
+def test_the_picture_set_is_written_whole_by_its_own_process(bench, tmp_path, monkeypatch):
+    monkeypatch.setattr("riglens.app.window.features.picture.SET_PX", (80, 50))
+    monkeypatch.setattr("riglens.app.window.features.picture.SET_SCALE", 1)
+    bench.dialogs.path = tmp_path / "set"
+    bench.act("picture_set")
+    bench.qtbot.waitUntil((bench.dialogs.path / CAPTIONS).exists, timeout=TIMEOUT_MS)
+    title, *captions = (bench.dialogs.path / CAPTIONS).read_text(encoding="utf-8").splitlines()
+    assert title == bench.document.rig.name
+    names = {line.split(": ")[0] for line in captions}
+    cameras = {f"camera-{one.name}" for one in bench.document.rig.enabled_cameras()}
+    assert names >= {*VIEWS, *cameras}
+    files = {file.name for file in bench.dialogs.path.iterdir()}
+    assert files == {f"{name}{suffix}" for name in names for suffix in (".png", ".svg")} | {CAPTIONS}
+
+
+def crash(pipe: Connection) -> None:
+    """End like a process that crashes."""
+    os._exit(3)
+
+
+def test_a_drawing_process_that_crashes_says_with_which_exit_code(tmp_path, monkeypatch):
+    monkeypatch.setattr(picture_process, "SET_WORK", f"{__name__}:crash")
+    with pytest.raises(InputError, match=r"the drawing process exited without a result \(exit code 3\)"):
+        picture_process.drawn_set(SceneState(), tmp_path, (8, 5), 1, lambda *_: None)

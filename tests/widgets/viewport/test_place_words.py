@@ -132,4 +132,6 @@ def test_a_dot_in_the_colour_of_its_kind_with_a_rim_marks_each_sensor_that_is_sm
     assert discs(state) == found[2:], "the handles of the selected one stand in place of its dot"
     near = replace(state, camera=replace(camera, focal_m=LIDAR.position, distance_m=2.0))
     assert len(discs(near)) < len(expected), "a large one needs no dot"
+    far = replace(state, camera=replace(camera, distance_m=300.0))
+    assert discs(far) == [], "the car is smaller than two dots"
     assert discs(replace(state, rig=Rig(sensors=()))) == []
