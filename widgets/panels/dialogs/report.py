@@ -57,8 +57,8 @@ class ReportDialog(QDialog):
         for suffix, title in FORMATS.items():
             self.format.addItem(title, suffix)
         self.format.activated.connect(lambda _: self._change_suffix(self.format.currentData()))
-        count = f"{len(others)} rig{'s' if len(others) != 1 else ''}" if others else "no rig"
-        self.others = QCheckBox(f"Comparison with {count} of the Compare panel")
+        rigs = f"{len(others)} rig{'s' if len(others) > 1 else ''}" if others else "rigs"
+        self.others = QCheckBox(f"Comparison with {rigs} of the Compare panel")
         self.others.setToolTip(plain_tip(", ".join(others) or "The Compare panel holds no other rig."))
         self.others.setEnabled(bool(others))
         self.others.setChecked(bool(others))
