@@ -261,6 +261,8 @@ def reach_of(traffic: FrameBoxes, beams: Beams, frame: int) -> float:
     for box in range(traffic.starts[frame], traffic.starts[frame + 1]):
         if traffic.counts[box]:
             reach = max(reach, distance_of(traffic, beams, box) + radius_of(traffic, box))
+            if reach >= beams.reach[1]:
+                break
     return float(min(reach, beams.reach[1]) * (1.0 + 1e-9))
 
 

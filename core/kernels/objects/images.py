@@ -27,8 +27,8 @@ from riglens.core.kernels.objects.depth_order import DepthOrder
 from riglens.core.kernels.objects.nearest import find_entries
 from riglens.core.kernels.objects.silhouette import (
     HIDING,
+    LIMITED,
     NOT_DRAWN,
-    TESTED,
     Outline,
     draw_box,
     find_spans,
@@ -272,7 +272,7 @@ def _count(
                 bits.seen[word] |= mask
             if one < 0:
                 continue
-            if way == TESTED:
+            if way == LIMITED:
                 free &= outline.mask[1, word]
             elif way == HIDING:
                 free = np.uint64(0)

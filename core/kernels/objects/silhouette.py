@@ -54,8 +54,8 @@ _WIDEST = 0.25
 _FEW = 16
 """Rows of a box up to which its parts have no rows of their own."""
 
-NOT_DRAWN, DRAWN, TESTED, HIDING = 0, 1, 2, 3
-"""Results of `draw_box`: the sides cannot decide; they did; each ray was tried against the range for its class, too;
+NOT_DRAWN, DRAWN, LIMITED, HIDING = 0, 1, 2, 3
+"""Results of `draw_box`: the sides cannot decide; they did; they did, and the range for its class ends within the box;
 they did, for a box that is out of range for its class, but hides what is behind it."""
 
 
@@ -243,8 +243,8 @@ def spans_mask(parts: int, row: int, word: int, to: Outline) -> np.uint64:
 
 @lean_inlined
 def draw_box(traffic: FrameBoxes, beams: Beams, box: int, rotation: np.ndarray, to: Outline) -> int:
-    """Set the bits of the rays that enter a box, and where they are TESTED also of those that do within the range of
-    its class; return NOT_DRAWN where the sides cannot decide."""
+    """Set the bits of the rays that enter a box, and where it is LIMITED also of those that do within the range of its
+    class; return NOT_DRAWN where the sides cannot decide."""
     if beams.row_at.size == 0:
         return draw_by_tiles(traffic, beams, box, rotation, to) if beams.limits.shape[1] <= 1 else NOT_DRAWN
     set_view(traffic, beams, box, rotation, to)
@@ -261,8 +261,10 @@ def draw_box(traffic: FrameBoxes, beams: Beams, box: int, rotation: np.ndarray, 
 def draw_by_tiles(traffic: FrameBoxes, beams: Beams, box: int, rotation: np.ndarray, to: Outline) -> int:
     """As `draw_box`, for rays in any directions: those of a tile enter a part, miss it, or are cut row by row."""
     start, bounds, words = start_of(traffic, beams, box), to.bounds, words_of(beams.columns)
-    set_turn(traffic, rotation, box, to.faces.turn)
     way, limit = _way_of(traffic, beams, box, start), limit_of(traffic, beams, box, 0)
+    if way == NOT_DRAWN:
+        return way
+    set_turn(traffic, rotation, box, to.faces.turn)
     for row in range(bounds[0], bounds[1]):  # of the box before
         to.mask[:, row * words + bounds[2] : row * words + bounds[3]] = 0
     bounds[0], bounds[1], bounds[2], bounds[3] = beams.row_of.size, 0, words, 0
@@ -271,12 +273,14 @@ def draw_by_tiles(traffic: FrameBoxes, beams: Beams, box: int, rotation: np.ndar
         middle, part_half = bounds_of(traffic, part)
         place = (start[0] - middle[0], start[1] - middle[1], start[2] - middle[2])
         set_faces(place, part_half, to.faces)
-        sides = set_sides(beams.reach[0], beams.reach[1], to.faces)
-        for number in range(near):
-            tile = beams.tiles[to.tiles[number]]
-            cuts = cuts_of(tile, sides, to.faces.sides)
-            if cuts >= 0:
-                _draw_tile(beams, tile, cuts, way == TESTED, limit, to)
+        for layer in range(2 if way == LIMITED else 1):
+            far = limit if layer == 1 else np.inf
+            sides = set_sides(beams.reach[0], min(far, beams.reach[1]), to.faces)
+            for number in range(near):
+                tile = beams.tiles[to.tiles[number]]
+                cuts = cuts_of(tile, sides, to.faces.sides)
+                if cuts >= 0:
+                    _draw_tile(beams, tile, cuts, layer, far, to)
     return way
 
 
@@ -301,8 +305,9 @@ def _list_tiles(beams: Beams, start: Direction, half: Direction, to: Outline) ->
 
 
 @lean_inlined
-def _draw_tile(beams: Beams, tile: np.ndarray, cuts: int, is_tested: bool, limit: float, to: Outline) -> None:
-    """Set the bits of the rays of a tile that enter a part; its columns share a word."""
+def _draw_tile(beams: Beams, tile: np.ndarray, cuts: int, layer: int, far: float, to: Outline) -> None:
+    """Set the bits, of a layer of the mask, of the rays of a tile that enter a part not beyond a distance; its columns
+    share a word."""
     top, column, bounds, span = int(tile[ROW]), int(tile[COLUMN]), to.bounds, to.faces.sides.span
     places, word, words = rows_of(tile, cuts, to.faces.sides), column >> 6, words_of(beams.columns)
     first, end = top + places[0], top + places[1]
@@ -310,42 +315,47 @@ def _draw_tile(beams: Beams, tile: np.ndarray, cuts: int, is_tested: bool, limit
         return
     bounds[0], bounds[1] = min(bounds[0], first), max(bounds[1], end)
     bounds[2], bounds[3] = min(bounds[2], word), max(bounds[3], word + 1)
-    is_full, low = tile[IS_FULL] > 0.0 and not is_tested, column & 63
+    is_full, low = tile[IS_FULL] > 0.0, column & 63
     if cuts == 0 and is_full:
         mask = level_mask(low, low + int(tile[COLUMNS]) - 1)
         for row in range(first, end):
-            to.mask[0, row * words + word] |= mask
+            to.mask[layer, row * words + word] |= mask
         return
     set_spans(tile, places, cuts, to.faces.sides)
     for row in range(first, end):
         may, last_may = column + int(span[0, row - top]), column + int(span[1, row - top])
         does, last = column + int(span[2, row - top]), column + int(span[3, row - top])
         if is_full and does < last:
-            to.mask[0, row * words + word] |= level_mask(does & 63, (last - 1) & 63)
+            to.mask[layer, row * words + word] |= level_mask(does & 63, (last - 1) & 63)
             if may < does:
-                _try_run(beams, row, may, does, False, 0.0, to)
+                _try_run(beams, row, may, does, layer, far, to)
             if last < last_may:
-                _try_run(beams, row, last, last_may, False, 0.0, to)
+                _try_run(beams, row, last, last_may, layer, far, to)
         elif may < last_may:
-            _try_run(beams, row, may, last_may, is_tested, limit, to)
+            _try_run(beams, row, may, last_may, layer, far, to)
 
 
 @lean_inlined
 def _way_of(traffic: FrameBoxes, beams: Beams, box: int, start: Direction) -> int:
-    """Return TESTED for a box in which the range for its class may end, HIDING for one beyond it."""
+    """Return LIMITED for a box in which the range for its class may end, HIDING for one beyond it, NOT_DRAWN for one
+    whose rays may enter it no nearer than that ends."""
     if beams.limits.size == 0:
         return DRAWN
     half, near2, entry2 = half_of(traffic, box), 0.0, 0.0
     for axis in range(3):
         near = max(abs(start[axis]) - half[axis], 0.0)
         near2 += near * near
-    limit = limit_of(traffic, beams, box, 0) * _WIDER
-    if near2 > limit * limit:
+    limit = limit_of(traffic, beams, box, 0)
+    if near2 > (limit * _WIDER) ** 2:
         return HIDING
+    if limit >= beams.reach[1]:
+        return DRAWN  # all that enter it do so within both
     for part in range(*parts_of(traffic, box)):
         middle, part_half = bounds_of(traffic, part)
         entry2 = max(entry2, _last_entry2(start, middle, part_half))
-    return TESTED if entry2 * _WIDER**4 >= limit * limit else DRAWN
+    if entry2 * _WIDER**2 < limit * limit:
+        return DRAWN
+    return LIMITED if limit > beams.reach[0] * _WIDER else NOT_DRAWN
 
 
 @lean_inlined
@@ -365,17 +375,11 @@ def _last_entry2(start: Direction, middle: Direction, half: Direction) -> float:
 
 
 @lean_inlined
-def _try_run(
-    beams: Beams, row: int, column: int, last: int, is_tested: bool, limit: float, to: Outline
-) -> None:  # fmt: skip
-    """Set the bits of those rays of a row, from a column to before another, that enter a part, and
-    where they are tested of those that do within a limit."""
+def _try_run(beams: Beams, row: int, column: int, last: int, layer: int, far: float, to: Outline) -> None:
+    """Set the bits of those rays of a row, from a column to before another, that enter a part not beyond a distance."""
     base, run = row * words_of(beams.columns), to.run
     find_entries(beams, to.faces, row, column, last - column, run)
     for place in range(column, last):
         inverse = run[place - column]
-        if inverse > 0.0:
-            word, bit = base + (place >> 6), np.uint64(1) << np.uint64(place & 63)
-            to.mask[0, word] |= bit
-            if is_tested and limit * inverse >= 1.0:
-                to.mask[1, word] |= bit
+        if inverse > 0.0 and far * inverse >= 1.0:
+            to.mask[layer, base + (place >> 6)] |= np.uint64(1) << np.uint64(place & 63)

@@ -199,6 +199,11 @@ def test_ranges_that_end_within_what_stands_on_every_side(side):
             Camera(name="C", **place, hfov_deg=90.0, cast=(40, 24)),
             Radar(name="R", **place, scans=(RadarScan(**sector, range_m=end),), step_deg=3.0),
             Ultrasonic(name="U", **place, **sector, pole_range_m=end, wall_range_m=end, step_deg=3.0),
-        )
+            Ultrasonic(name="V", **place, **sector, pole_range_m=0.6 * end, wall_range_m=end, step_deg=0.5),
+            Ultrasonic(
+                name="W", **place | {"range_m": (0.75 * end, end)}, **sector, pole_range_m=0.6 * end,
+                wall_range_m=end, step_deg=0.5,
+            ),
+        )  # fmt: skip
         found = check(world, rig, TargetSettings(shape="box", range_law=False))
         assert bool(found.objects.pixels.sum()) == (end > 5.0)
