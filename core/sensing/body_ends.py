@@ -194,11 +194,23 @@ def barrier_shadow(
     screen = screen_of(sensor)
     if screen is not None:
         return _by_triangle(rays, screen, barrier, empty_box, workers)
-    box, stops = tuple(empty_box.tolist()) if is_image(sensor) else (), barrier.stops.tobytes()
+    box = tuple(_least_box(rays.origin, barrier, empty_box).tolist()) if is_image(sensor) else ()
+    stops = barrier.stops.tobytes()
     cut, cut_m = _ends(
         _AtBody(rays_of(sensor), id(barrier.tree.corners), stops, barrier.start_m, box, barrier, workers)
     )
     return _ended(rays, cut.astype(np.int64), cut_m, empty_box)
+
+
+def _least_box(
+    place: NDArray[np.float64], barrier: Barrier, empty_box: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the box around the car and a place if the empty box holds it, else the empty box: those of scores and of
+    objects differ, and share a shadow."""
+    car = barrier.tree.bounds[0]
+    least = np.concatenate([np.minimum(car[:3], place), np.maximum(car[3:], place)])
+    is_held = (empty_box[:3] <= least[:3]).all() and (least[3:] <= empty_box[3:]).all()
+    return least if is_held else empty_box
 
 
 def _no_shadow(rays: int) -> Shadow:

@@ -161,24 +161,30 @@ def _fitted(rays: Doubles, tiles: Doubles) -> Doubles:
     """Return tiles (t, FIELDS) with numbers linear in row and column for their rays (t, rows, columns, 3), by least
     squares."""
     exists = ~np.isnan(rays[..., 0])
-    number, rays = exists.sum(axis=(1, 2)), np.where(exists[..., None], rays, 0.0)
+    number, rays = exists.sum(axis=(1, 2)), rays.copy()
+    rays[~exists] = 0.0
     axis = rays.sum(axis=(1, 2))
     axis /= np.maximum(np.linalg.norm(axis, axis=1, keepdims=True), 1e-12)
-    along = np.where(exists, np.einsum("trck,tk->trc", rays, axis), 1.0)
+    along = np.where(exists, (rays @ axis[:, None, :, None])[..., 0], 1.0)
     along[along.min(axis=(1, 2)) < _LEAST_COSINE] = 1.0
     rays /= along[..., None]
     row = (np.arange(rays.shape[1]) - (rays.shape[1] - 1.0) / 2.0)[:, None] * np.ones(rays.shape[2])
     column = (np.arange(rays.shape[2]) - (tiles[:, COLUMNS, None] - 1.0) / 2.0)[:, None, :]
-    middle, residual = rays.sum(axis=(1, 2)) / number[:, None], rays
-    for to, place in ((BY_COLUMN, column), (BY_ROW, row)):
-        mean = (place * exists).sum(axis=(1, 2)) / number
-        aside = (place - mean[:, None, None]) * exists
-        spread = np.maximum((aside**2).sum(axis=(1, 2)), 1e-12)
-        step = np.einsum("trc,trck->tk", aside, rays) / spread[:, None]
-        tiles[:, to : to + 3] = step
-        middle = middle - step * mean[:, None]
-        residual = residual - step[:, None, None] * np.broadcast_to(place, exists.shape)[..., None]
-    residual = np.where(exists[..., None], residual - middle[:, None, None], 0.0)
+    count, cells = len(rays), rays.shape[1] * rays.shape[2]
+    places, mean = np.empty((2, count, *exists.shape[1:])), np.empty((2, count))
+    places[0], places[1] = column, row
+    for place, to in zip(places, mean, strict=True):
+        to[:] = np.einsum("trc,trc->t", place, exists) / number
+    aside = (places - mean[..., None, None]) * exists
+    spread = np.maximum(np.einsum("ptrc,ptrc->pt", aside, aside), 1e-12)
+    places, aside = (one.reshape(2, count, cells).swapaxes(0, 1) for one in (places, aside))
+    flat = rays.reshape(count, cells, 3)
+    steps = aside @ flat / spread.T[..., None]
+    middle = flat.sum(axis=1) / number[:, None] - np.einsum("tpk,pt->tk", steps, mean)
+    residual = flat - places.swapaxes(1, 2) @ steps
+    residual -= middle[:, None]
+    aside2 = np.einsum("tnk,tnk->tn", residual, residual)
+    tiles[:, BY_COLUMN : BY_COLUMN + 3], tiles[:, BY_ROW : BY_ROW + 3] = steps[:, 0], steps[:, 1]
     tiles[:, AXIS : AXIS + 3], tiles[:, LONGEST] = middle, (1.0 / along).max(axis=(1, 2)) * _WIDER
-    tiles[:, BEND] = np.sqrt((residual**2).sum(axis=-1).max(axis=(1, 2))) * _WIDER
+    tiles[:, BEND] = np.sqrt((aside2 * exists.reshape(aside2.shape)).max(axis=1)) * _WIDER
     return tiles

@@ -17,6 +17,7 @@ from riglens.core.sensing.body_ends import (
     barrier_shadow,
     rays_in_metres,
 )
+from riglens.core.sensing.kept import SHADOWS
 from riglens.core.sensing.rays import sensor_rays
 from riglens.core.vehicle.profile import reference_vehicle
 from riglens.core.vehicle.solid import Barrier, Solid, solid_of
@@ -137,6 +138,26 @@ def test_rays_that_end_in_the_void_are_over_and_all_others_keep_their_ends(seed:
     outside = ((places < low - 1e-9) | (places > high + 1e-9)).any(axis=1)
     inside = ((places > low + 1e-9) & (places < high - 1e-9)).all(axis=1)
     assert np.isin(stopped[outside], shadow.cut).all() and not np.isin(stopped[inside], shadow.cut).any()
+
+
+def test_empty_boxes_around_the_car_share_the_shadow_of_a_bent_lens() -> None:
+    """Scores leave out what ends in one box around car and camera, objects what ends in another."""
+    place = {"position": (1.0, 0.4, 1.5), "rpy_deg": (1.0, 20.0, 30.0)}
+    lens = {"fx": 500.0, "fy": 500.0, "cx": 780.0, "cy": 470.0, "distortion": BrownConrady(k1=-0.1)}
+    camera = Camera.model_validate({"name": "a", **place, **lens, "cast": (130, 70)})
+    barrier = barrier_of(camera, solid_of(reference_vehicle("sedan")))
+    ends, sides = by_tree(camera, barrier), np.array([-1.0, -1.0, -1.0, 1.0, 1.0, 1.0])
+    car = barrier.tree.bounds[0]
+    least = np.concatenate([np.minimum(car[:3], place["position"]), np.maximum(car[3:], place["position"])])
+    SHADOWS.forget()
+    held, cuts = set(), []
+    for empty_box in (least, least + 0.2 * sides, least - 0.2 * sides, NO_EMPTY_BOX):
+        shadow = barrier_shadow(camera, barrier, empty_box)
+        np.testing.assert_array_equal(shadow.is_stopped, np.isfinite(ends))
+        np.testing.assert_array_equal(shadow.cut_m, ends[shadow.cut])
+        held.add(SHADOWS.size_bytes)
+        cuts.append(len(shadow.cut))
+    assert len(held) == 3 and cuts[1] == 0 < cuts[2] < cuts[3] == np.isfinite(ends).sum()
 
 
 def test_any_number_of_workers_finds_the_same_shadow() -> None:
