@@ -1,4 +1,4 @@
-"""Rays of LiDARs on plain boxes against Open3D's RaycastingScene (Embree), where that is installed."""
+"""Rays of LiDARs and of cameras on plain boxes against Open3D's RaycastingScene (Embree), where that is installed."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from riglens.core.rig.model import Lidar
+from riglens.core.rig.model import Sensor
 from riglens.core.scene.readers.bundled import bundled_source
 from riglens.core.sensing.rays import sensor_rays
 from riglens.core.targets.engine import TargetEngine, warm_up
@@ -24,17 +24,24 @@ SIDES = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (
 TRIANGLES = np.array([three for a, b, c, d in SIDES for three in ((a, b, c), (a, c, d))], np.uint32)
 
 
-def test_rays_on_boxes(race: Race) -> None:
-    """One thread each; the peer's scenes are built before, and both count the same points on every object."""
+@pytest.mark.parametrize("kind", ["lidar", "camera"])
+def test_rays_on_boxes(race: Race, kind: str) -> None:
+    """One thread each; the peer's scenes are built before, and both count the rays that first meet each object."""
     peer: Any = pytest.importorskip("open3d", reason="pip install open3d, or a folder of it in PYTHONPATH")
     warm_up(1)
     traffic = read_traffic(bundled_source())
-    rig = wide_trapezoid().with_lidars_alone()
-    rays = np.concatenate([_rays_of(lidar) for lidar in rig.enabled_lidars()])
+    both = wide_trapezoid()
+    sensors = tuple(sensor for sensor in both.sensors if sensor.kind == kind)
+    rig = both.model_copy(update={"sensors": sensors})
+    per_ray = np.prod([np.divide(one.image, one.resolution) for one in rig.enabled_cameras()], axis=1)
+    rays = np.concatenate([_rays_of(sensor) for sensor in sensors])
     scenes = [_scene(peer, traffic, frame) for frame in range(FRAMES)]
 
     def ours(_: int) -> NDArray[np.int64]:
-        return TargetEngine(traffic, 1).evaluate(rig, PLAIN, FRAMES).objects.all_points
+        found = TargetEngine(traffic, 1).evaluate(rig, PLAIN, FRAMES).objects
+        return (
+            found.all_points if kind == "lidar" else np.rint((found.pixels / per_ray).sum(axis=1)).astype(int)
+        )
 
     def theirs(_: int) -> NDArray[np.int64]:
         hits = [
@@ -47,13 +54,15 @@ def test_rays_on_boxes(race: Race) -> None:
         return np.concatenate(found)[traffic.counts[: traffic.starts[FRAMES]]]
 
     numbers = np.diff(traffic.starts[: FRAMES + 1]).tolist()
-    differ = np.count_nonzero(ours(0) != theirs(0))
-    work = f"LiDARs of W+T on plain boxes, {FRAMES} frames, one thread; {differ} objects differ"
+    mine, its = ours(0), theirs(0)
+    differ = f"{np.count_nonzero(mine != its)} of {np.count_nonzero(its)} objects met differ"
+    by = f"{np.abs(mine - its).sum()} of {its.sum():,} rays"
+    work = f"{kind}s of W+T on plain boxes, {FRAMES} frames, one thread; {differ}, by {by}"
     race.run(Goal("peer", work, 2.0), iter(range(1000)), ours, theirs)
 
 
-def _rays_of(lidar: Lidar) -> NDArray[np.float32]:
-    found = sensor_rays(lidar)
+def _rays_of(sensor: Sensor) -> NDArray[np.float32]:
+    found = sensor_rays(sensor)
     starts = np.broadcast_to(found.origin_m, found.directions.shape)
     return np.concatenate([starts, found.directions], axis=1).astype(np.float32)
 
