@@ -72,7 +72,7 @@ class Mutation(NamedTuple):
     """One mistake: the bytes from `start` to `end` of a file are replaced."""
 
     rank: str
-    """A sample holds the mistakes of the lowest rank."""
+    """A sample holds the mistakes of the lowest rank; the same one in a function of that name elsewhere shares it."""
     file: str
     line: int
     function: str
@@ -330,19 +330,20 @@ def score(checkout: Path, mutations: Iterable[Mutation], log: Path, calls: Path)
     """Return for each mistake whether a test noticed it; what the log holds already does not run again."""
     log.parent.mkdir(parents=True, exist_ok=True)
     rows = map(json.loads, log.read_text(encoding="utf-8").splitlines()) if log.exists() else []
-    known = {row["rank"]: row["by"] is not None for row in rows}
+    known = {(row.get("file"), row["rank"]): row["by"] is not None for row in rows}
     with tempfile.TemporaryDirectory(prefix="riglens-mutation-") as folder:
         copy = Copy.of(checkout, Path(folder).resolve())
         if not calls.is_dir():
             note_calls(copy.root, calls)
         callers = Callers(calls)
-        for mutation in (mutation for mutation in mutations if mutation.rank not in known):
+        for mutation in (one for one in mutations if (one.file, one.rank) not in known):
             by = copy.noticed_by(mutation, callers.of(mutation))
-            known[mutation.rank] = by is not None
+            known[mutation.file, mutation.rank] = by is not None
+            row = {"file": mutation.file, "rank": mutation.rank, "mutation": str(mutation), "by": by}
             with log.open("a", encoding="utf-8") as stream:
-                stream.write(json.dumps({"rank": mutation.rank, "mutation": str(mutation), "by": by}) + "\n")
+                stream.write(json.dumps(row) + "\n")
             print("survived" if by is None else "noticed ", mutation, by or "", flush=True)
-    return {mutation: known[mutation.rank] for mutation in mutations}
+    return {one: known[one.file, one.rank] for one in mutations}
 
 
 def main() -> int:

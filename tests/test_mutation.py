@@ -96,6 +96,21 @@ def test_a_test_that_fails_is_no_test_of_what_it_calls(tmp_path: Path) -> None:
     assert json.loads(noted.read_text(encoding="utf-8"))["callers"] == {"module.py:first": ["passes"]}
 
 
+def test_the_same_mistake_in_two_files_has_an_outcome_for_each(tmp_path: Path) -> None:
+    for name in ("one.py", "other.py"):
+        (tmp_path / name).write_text("def first(a):\n    return a + 1\n", encoding="utf-8")
+    mistakes = sample(tmp_path, ["one.py", "other.py"], 99, seed=1)
+    outcomes = {mistake: mistake.file == "one.py" for mistake in mistakes}
+    assert len({mistake.rank for mistake in mistakes}) == len(mistakes) / 2
+    rows = [
+        {"file": mistake.file, "rank": mistake.rank, "by": "a test" if noticed else None}
+        for mistake, noticed in outcomes.items()
+    ]
+    log = tmp_path / "log.jsonl"
+    log.write_text("\n".join(map(json.dumps, rows)), encoding="utf-8")
+    assert score(REPOSITORY, mistakes, log, tmp_path) == outcomes
+
+
 @pytest.mark.slow
 def test_tests_notice_most_small_mistakes(tmp_path: Path) -> None:
     note_calls(REPOSITORY, tmp_path / "calls", "tests/core/test_geometry.py")
