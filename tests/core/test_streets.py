@@ -33,7 +33,7 @@ def town(frames: int) -> DataReport:
 
 def test_the_towns_cars_are_on_asphalt_and_its_pedestrians_mostly_beside_it() -> None:
     on: Counter[tuple[str, bool]] = Counter()
-    with gzip.open(bundled._folder() / "boxes.csv.gz", "rt") as stream:
+    with gzip.open(bundled._folder() / "boxes.csv.gz", "rt", encoding="utf-8") as stream:
         rows = [row for row in islice(csv.DictReader(stream), 3000) if row["seq"] == "0"]
     for number in sorted({int(row["frame"]) for row in rows})[::10]:
         view = bundled.streets_around(town(50), number)
