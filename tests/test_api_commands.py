@@ -283,16 +283,16 @@ def test_data_sets_are_those_of_the_command_line(
     place: Place, one: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     words = ["--boxes", str(place.boxes), "--pictures", "off", "--workers", "1", "--clutter", "3"]
-    assert main(["simulate", str(one), *words, "--out", str(place.folder / "words")]) == 0
+    assert main(["simulate", str(one), *words, "--out", str(place.folder / "data words")]) == 0
     capfd.readouterr()
     with pytest.warns(rl.RigLensWarning, match="1 sequence only"):
         (folder,) = rl.simulate(
-            rl.open_rig(one), place.folder / "mine", place.boxes, pictures=False, workers=1, clutter=3
+            rl.open_rig(one), place.folder / "data mine", place.boxes, pictures=False, workers=1, clutter=3
         )
     assert capfd.readouterr() == ("", "")
     mine, theirs = (
         {path.relative_to(top): path.read_bytes() for path in top.rglob("*") if path.is_file()}
-        for top in (folder, place.folder / "words")
+        for top in (folder, place.folder / "data words")
     )
     assert mine == theirs and len(mine) > 10
 

@@ -72,6 +72,7 @@ def whole(file_window: Bench) -> Bench:
     file_window.start_over(file_window.features)
     if len(file_window.scenes) > 1 or panel.problem or panel.choice != choice_of(first):
         file_window.features.scene_data.load(first)
+    panel.show_subject(choice_of(first))  # what was chosen but not loaded stays otherwise
     file_window.settle()
     del file_window.scenes[:-1]
     return file_window

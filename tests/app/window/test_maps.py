@@ -51,6 +51,8 @@ def at_work(file_window: Bench) -> None:
 
 @pytest.fixture
 def bench(at_work: None, whole: Bench) -> Bench:
+    whole.features.map.panel.choose("any")
+    whole.features.sensor_view.panel.frame.setValue(0)
     return whole
 
 

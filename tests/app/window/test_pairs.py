@@ -54,6 +54,7 @@ def test_the_inspector_names_the_other_and_unlinks_by_a_button(bench: FullDesk) 
     assert unlink_button(bench).isHidden() or not unlink_button(bench).isVisible()
     window = bench.workbench.window
     edit = next(e for e in window.findChildren(NumberEdit) if e.accessibleName() == "x" and e.isVisible())
+    QApplication.processEvents()
     before = edit.mapTo(window, QPoint(0, 0))
     bench.act("mirror")
     assert unlink_button(bench).isVisible()
