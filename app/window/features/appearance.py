@@ -14,7 +14,7 @@ from riglens.app.window.features.follow import Follow
 from riglens.app.window.settings import Settings
 from riglens.app.window.workbench import Workbench
 from riglens.widgets.panels.controls.building import room_around
-from riglens.widgets.panels.controls.style import apply_style, is_dark, shows_dark
+from riglens.widgets.panels.controls.style import apply_theme, is_dark, shows_dark
 from riglens.widgets.panels.fields.quantity import DEGREES, METRES, MILLIMETRES, RADIANS
 from riglens.widgets.theme import palette
 
@@ -67,7 +67,7 @@ class Theme(Feature):
         self._shown = dark
         app = QApplication.instance()
         assert isinstance(app, QApplication)
-        apply_style(app, dark)
+        apply_theme(app, dark)
         self.viewport.show_state(replace(self.viewport.state, palette=palette(dark)))
         self._follow.show_all()
         self.bench.theme_changed.emit(dark)

@@ -190,13 +190,17 @@ def as_panel(widget: QWidget) -> None:
 
 
 def apply_style(app: QApplication, dark: bool | None = None) -> None:
-    """Apply the application's style; `dark` None follows the system."""
-    chosen = DARK_TONES if (is_dark() if dark is None else dark) else LIGHT_TONES
-    if not app.styleSheet():  # style and font stay with a change of theme: each lays out all widgets anew
-        app.setStyle("Fusion")
-        font = QFontDatabase.systemFont(QFontDatabase.SystemFont.GeneralFont)
-        font.setPointSizeF(min(max(font.pointSizeF(), 9.0), 11.0))
-        app.setFont(font)
+    """Apply the application's style, font and theme; `dark` None follows the system."""
+    app.setStyle("Fusion")
+    font = QFontDatabase.systemFont(QFontDatabase.SystemFont.GeneralFont)
+    font.setPointSizeF(min(max(font.pointSizeF(), 9.0), 11.0))
+    app.setFont(font)
+    apply_theme(app, is_dark() if dark is None else dark)
+
+
+def apply_theme(app: QApplication, dark: bool) -> None:
+    """Apply the colours of a theme. Style and font stay: each would lay out every widget again."""
+    chosen = DARK_TONES if dark else LIGHT_TONES
     app.setPalette(_qt_palette(chosen))
     app.setStyleSheet(style_sheet(chosen))
 
