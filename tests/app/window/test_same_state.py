@@ -362,11 +362,13 @@ def test_another_rig_or_other_traffic_leaves_nothing_of_the_ones_before(qtbot: Q
 
 
 def test_another_rig_shows_no_figure_of_the_one_before_although_names_are_the_same(whole: Bench) -> None:
-    whole.features.marginals.choose(S_MS.key)
+    marginals, before = whole.features.marginals, whole.features.marginals.measure.key
+    marginals.choose(S_MS.key)
     State(selection=("roof",)).put(whole)
     assert whole.viewport.state.masts and losses_in(whole.panels.tree) != {""}
     whole.document.show(MOVED)
     assert not whole.viewport.state.masts and losses_in(whole.panels.tree) == {""}
+    marginals.choose(before)
 
 
 def losses_in(tree: SensorTree) -> set[str]:
