@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Set
 from dataclasses import dataclass, field, fields, is_dataclass
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -36,7 +37,7 @@ from riglens.widgets.panels.fields.edits import ValueEdit
 from riglens.widgets.panels.sensors.rows import LOSS
 from riglens.widgets.panels.sensors.tree import SensorTree
 from tests.app.window.desk import full_desk, heatmap
-from tests.app.window_bench import CAMERA, LIDAR, RIG, Bench, Hands
+from tests.app.window_bench import CAMERA, LIDAR, RIG, Bench, Hands, open_bench
 from tests.waiting import TIMEOUT_MS
 
 ROLES = (
@@ -361,14 +362,15 @@ def test_another_rig_or_other_traffic_leaves_nothing_of_the_ones_before(qtbot: Q
         assert other(looks(used), looks(new)) == set()
 
 
-def test_another_rig_shows_no_figure_of_the_one_before_although_names_are_the_same(whole: Bench) -> None:
-    marginals, before = whole.features.marginals, whole.features.marginals.measure.key
-    marginals.choose(S_MS.key)
-    State(selection=("roof",)).put(whole)
-    assert whole.viewport.state.masts and losses_in(whole.panels.tree) != {""}
-    whole.document.show(MOVED)
-    assert not whole.viewport.state.masts and losses_in(whole.panels.tree) == {""}
-    marginals.choose(before)
+def test_another_rig_shows_no_figure_of_the_one_before_although_names_are_the_same(
+    qtbot: QtBot, tmp_path: Path
+) -> None:
+    with open_bench(qtbot, tmp_path) as bench:
+        bench.features.marginals.choose(S_MS.key)
+        State(selection=("roof",)).put(bench)
+        assert bench.viewport.state.masts and losses_in(bench.panels.tree) != {""}
+        bench.document.show(MOVED)
+        assert not bench.viewport.state.masts and losses_in(bench.panels.tree) == {""}
 
 
 def losses_in(tree: SensorTree) -> set[str]:
