@@ -19,7 +19,7 @@ from riglens.core.errors import InputError
 
 _POLL_S = 0.05
 _BUSY_MACHINE = 10.0
-"""So many times its limit a process may take by the clock, where others keep the processors busy."""
+"""Wall time allowed, as a multiple of the limit of processor time: other programs may keep the processors busy."""
 
 
 def answer_of(
