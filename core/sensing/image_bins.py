@@ -35,14 +35,18 @@ def _bins(camera: Camera) -> Bins | None:
     rows = lattice(camera).rows
     if not len(rows) or not (rows[:, 0] > 0.0).all():
         return None
-    place = rows[:, 1:] / rows[:, :1]
-    if np.hypot(*place.T).max() > WIDEST_TANGENT:
+    across, up = rows[:, 1] / rows[:, 0], rows[:, 2] / rows[:, 0]
+    if np.hypot(across, up).max() > WIDEST_TANGENT:
         return None
     count = np.array([max(size // RAYS_PER_BIN, 1) for size in camera.resolution])
-    corner, far = place.min(axis=0), place.max(axis=0)
+    corner, far = (np.array([end(across), end(up)]) for end in (np.min, np.max))
     scale = count / np.maximum(far - corner, 1e-9)
-    at = np.minimum(np.floor((place - corner) * scale).astype(np.int64), count - 1)
-    number = at[:, 0] * count[1] + at[:, 1]
+    least = np.min_scalar_type(int(count.max()))  # numpy sorts small numbers by their digits
+    column, row = (
+        np.minimum(((place - corner[axis]) * scale[axis]).astype(np.int64), count[axis] - 1).astype(least)
+        for axis, place in enumerate((across, up))
+    )
+    order = np.lexsort((row, column)).astype(np.int32)
+    number = column * count[1] + row
     first = np.concatenate([[0], np.cumsum(np.bincount(number, minlength=int(count.prod())))])
-    order = np.argsort(number, kind="stable").astype(np.int32)
-    return Bins(corner, scale, count, first, order, np.ascontiguousarray(place[order]))
+    return Bins(corner, scale, count, first, order, np.stack([across[order], up[order]], axis=1))
