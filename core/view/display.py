@@ -38,6 +38,8 @@ class DisplayGrid:
         block = 0
         while True:
             block += 1
+            if pog.index.count > max_cells * block**3:  # too many cells, were they all full
+                continue
             flags = np.zeros([-(-n // block) for n in pog.grid.shape], np.uint8)
             cells.flag_blocks(_cell_map(pog.index, NO_NUMBERS, block), flags)
             if np.count_nonzero(flags.view(np.bool_)) <= max_cells:
