@@ -1,5 +1,5 @@
 """Run as a process of its own, `python -m tests.bench.car_job CAR JOB FOLDER`: prints the wall and CPU time of the job
-in milliseconds, without imports and reading of boxes, and the most bytes that it held more than before."""
+in milliseconds, without importing the library, and the most bytes that it held more than before."""
 
 from __future__ import annotations
 
@@ -8,11 +8,18 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import riglens as rl
 from riglens.core.rig.model import Rig
+from riglens.core.rig.yaml.file import dumps
+from riglens.evaluation.options import SceneOptions, ScoreOptions
+from tests.bench.first_picture import start_with
 from tests.bench.peak import peak, start_peak
 from tests.bench.scenes import car, names_of
+
+if TYPE_CHECKING:  # loads Qt
+    from riglens.app.window.main_window import MainWindow
 
 THREADS = 2
 
@@ -30,25 +37,21 @@ def propose(rig: Rig, folder: Path) -> None:
 
 
 def open_window(rig: Rig, folder: Path) -> None:
-    """Open the window on a rig until its leading figures are exact, and end."""
-    from PySide6.QtCore import QTimer
+    """Open the window on a rig's file, as the product does, until its leading figures are exact."""
+    from riglens.app.commands import start
+
+    path = folder / "rig.yaml"
+    path.write_text(dumps(rig), encoding="utf-8")
+    start_with(until_exact)
+    start.start(str(path), SceneOptions(), ScoreOptions(threads=THREADS))
+
+
+def until_exact(window: MainWindow) -> None:
+    """Leave the window when it shows the leading figures of all frames."""
     from PySide6.QtWidgets import QApplication
 
-    from riglens.app.window.main_window import MainWindow
-    from riglens.app.window.start import open_window as open_on
-    from riglens.core.formats.report import OpenedRig
-    from riglens.evaluation.options import SceneOptions, ScoreOptions
-
-    def look() -> None:
-        for window in QApplication.topLevelWidgets():
-            if isinstance(window, MainWindow) and window.features.targets.is_current:
-                QApplication.exit(0)
-
-    app = QApplication(["riglens"])  # before the timer, which would never start without it
-    timer = QTimer(app)
-    timer.timeout.connect(look)
-    timer.start(20)
-    open_on(OpenedRig(rig), SceneOptions(), ScoreOptions(threads=THREADS))
+    targets = window.features.targets
+    targets.counted.connect(lambda: QApplication.exit(0) if targets.is_current else None)
 
 
 JOBS: dict[str, Callable[[Rig, Path], object]] = {
