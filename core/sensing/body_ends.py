@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
+from itertools import compress
 from typing import NamedTuple
 
 import numpy as np
@@ -75,8 +77,8 @@ def obstacle_of(sensor: Sensor, solid: Solid) -> Obstacle:
     start_m = housing_radius_m(sensor)
     if not solid.housings:
         return Obstacle(solid.fingerprint, start_m, sensor.kind, solid)
-    others = [one for one in solid.housings if one.name != sensor.name]
-    met = tuple(one for one in others if _may_meet(sensor, one, start_m))
+    others = tuple(one for one in solid.housings if one.name != sensor.name)
+    met = tuple(compress(others, _may_meet(sensor, others, start_m)))
     key = hashlib.sha256(repr((solid.body, met)).encode()).hexdigest() if met else solid.body
     return Obstacle(key, start_m, sensor.kind, solid, met)
 
@@ -90,19 +92,21 @@ ROOM_RAD = 1e-5
 """Far more than all rounding of directions and of triangles."""
 
 
-def _may_meet(sensor: Sensor, housing: Housing, start_m: float) -> bool:
-    """Return whether rays of a sensor may meet the ball around a housing; False is certain."""
-    away = sensor.pose.rotation().T @ (np.array(housing.pose.position_m) - np.array(sensor.position))
-    distance, radius = float(np.linalg.norm(away)), housing.radius_m + ROOM_RAD
-    if distance + radius <= start_m:
-        return False
-    if distance <= radius:
-        return True
+def _may_meet(sensor: Sensor, housings: Sequence[Housing], start_m: float) -> NDArray[np.bool_]:
+    """Return whether rays of a sensor may meet the balls around housings (n,); False is certain."""
+    places_m = np.array([one.pose.position_m for one in housings]).reshape(-1, 3)
+    away = (places_m - np.array(sensor.position)) @ sensor.pose.rotation()
+    distance, radius = np.linalg.norm(away, axis=1), np.array([one.radius_m for one in housings]) + ROOM_RAD
+    counts, is_around = np.asarray(distance + radius > start_m), distance <= radius
+    if not (counts & ~is_around).any():
+        return counts
     widest, lowest, highest = _view_rad(unplaced(sensor))
-    half = math.asin(radius / distance) + ROOM_RAD
-    aside = math.acos(min(max(float(away[0]) / distance, -1.0), 1.0))
-    up = math.asin(min(max(float(away[2]) / distance, -1.0), 1.0))
-    return aside - half <= widest and lowest <= up + half and up - half <= highest
+    divisor = np.where(is_around, np.inf, distance)
+    half = np.arcsin(radius / divisor) + ROOM_RAD
+    aside = np.arccos(np.clip(away[:, 0] / divisor, -1.0, 1.0))
+    up = np.arcsin(np.clip(away[:, 2] / divisor, -1.0, 1.0))
+    in_view = (aside - half <= widest) & (lowest <= up + half) & (up - half <= highest)
+    return np.asarray(counts & (is_around | in_view))
 
 
 @RAYS.of
