@@ -1,9 +1,9 @@
 """Stage of a scene: renderers on top of each other in one window, seen through one camera.
 
-`backdrop` has what lies behind everything else: background and ground. `haze` is the heatmap while something moves: a
-large area, which takes most of a frame's time without a graphics card, so it is drawn at a fraction of its size and
-stretched over the backdrop. `main` has car and sensors; `cells` the heatmap at rest, among them by their depths; `rays`
-what the heatmap does not hide but the car does; `overlay` what is never hidden.
+`backdrop` has what lies behind everything else: background and ground. `haze` is the heatmap and footprints while
+something moves: large areas, which take most of a frame's time without a graphics card, so they are drawn at a fraction
+of their size and stretched over the backdrop. `main` has car and sensors; `cells` the heatmap at rest, among them by
+their depths; `rays` what the heatmap does not hide but the car does; `overlay` what is never hidden.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """Footprints on the ground: bands of pixels per metre of cameras, of classes reached by radars and ultrasonic sensors.
 
 The selected sensor's are strongest. While something moves those of a bent lens or a radar are coarser and ignore the
-car's body.
+car's body, and the fills of the others are haze: those of 60 sensors lie over each other on all the ground, which took
+most of a frame without a graphics card.
 """
 
 from __future__ import annotations
@@ -53,11 +54,14 @@ def tints(sensor: Sensor, palette: Palette, count: int) -> list[Tint]:
 class FootprintsLayer:
     """Fills and edges of all footprints: those of the selected sensor in actors of their own, since they move."""
 
-    def __init__(self, renderer: vtkRenderer) -> None:
+    def __init__(self, renderer: vtkRenderer, haze: vtkRenderer) -> None:
         self._fills = [hidden(renderer, rgba_actor(pv.PolyData(), "rgba")) for _ in range(2)]
         self._edges = [hidden(renderer, rgba_actor(pv.PolyData(), "rgba")) for _ in range(2)]
-        for actor in (*self._fills, *self._edges):
+        self._hazy = hidden(haze, rgba_actor(pv.PolyData(), "rgba"))
+        for actor in (*self._fills, *self._edges, self._hazy):
             actor.force_translucent = True
+        self.haze: pv.PolyData | None = None
+        """Fills that are drawn as haze."""
         self.set_line_width(1.0)
 
     def set_line_width(self, width_px: float) -> None:
@@ -87,7 +91,11 @@ class FootprintsLayer:
                 fills += [(patch, tint.colour, share * opacity) for patch in band.patches]
                 if not is_plain:  # the edges of a dozen overlapping sensors say nothing
                     edges += [(patch, tint.colour, edge) for patch in band.patches]
-        show_mesh(self._fills[is_selected], _mesh(fills, _FILL_M, _faces))
+        filled = _mesh(fills, _FILL_M, _faces)
+        if not is_selected:
+            self.haze = filled if quick else None
+            show_mesh(self._hazy, self.haze)
+        show_mesh(self._fills[is_selected], None if quick and not is_selected else filled)
         show_mesh(self._edges[is_selected], _mesh(edges, _EDGE_M, _outline))
 
     @staticmethod

@@ -90,7 +90,8 @@ class DrawnScene:
         self._ground, self._roi = GroundLayer(stage.backdrop), RoiLayer(stage.main)
         self._ground_map, self._post = GroundMapLayer(stage.main), PostLayer(stage.main)
         self._skin_gain = GainLayer(stage.main)
-        self._rig = RigLayer(stage.main, stage.rays)  # footprints lie below the drape, in this order
+        # footprints lie below the drape, in this order
+        self._rig = RigLayer(stage.main, stage.rays, stage.haze)
         self._drape = DrapeLayer(stage.main)
         self._standing = Standing(stage, clock, (self._ground_map.prop,), (self._drape.prop,))
         self._body = BodyLayer(stage.main, stage.backdrop)
@@ -380,7 +381,7 @@ class DrawnScene:
         return is_whole
 
     def _wanted_haze(self) -> tuple[object, ...]:
-        return (self._state.legend_data, self._state.heat_look, self._state.ground_map)
+        return (self._state.legend_data, self._state.heat_look, self._state.ground_map, self._rig.haze)
 
     def _set_coarse(self) -> None:
         state = self._state

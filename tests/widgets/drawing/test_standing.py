@@ -295,3 +295,36 @@ def test_a_heatmap_on_the_ground_lies_over_the_footprint_that_is_dragged(plotter
         scene.show(state)
         moving, whole = frame(plotter, scene)
         assert look_alike(moving, whole)
+
+
+AHEAD, ASIDE = (
+    Camera(name=name, position=(0.3, 0.0, 1.5), rpy_deg=(0.0, 10.0, yaw_deg), hfov_deg=90.0, cast=(64, 36))
+    for name, yaw_deg in (("ahead", 0.0), ("aside", 60.0))
+)
+ON_GROUND = replace(
+    STATE, rig=Rig(sensors=(LIDAR, AHEAD, ASIDE)), heatmap=None, camera=OrbitCamera((6.0, 0.0, 0.0), 20.0, -150.0, 25.0)
+)  # fmt: skip
+
+
+def test_footprints_look_the_same_while_something_moves(plotter, scene):
+    alone, shots = replace(ON_GROUND, rig=Rig(sensors=(AHEAD, ASIDE)), selected=None, show_legend=False), []
+    for state, is_quick in (
+        (alone, True),
+        (alone, False),
+        (replace(alone, hidden=frozenset({"ahead", "aside"})), True),
+    ):
+        scene.show(state)
+        scene.set_quick(is_quick)
+        scene.prepare()
+        render_window(plotter).Render()
+        shots.append(shot(plotter))
+    moving, rested, without = shots
+    assert np.abs(moving - rested).mean() < 0.2 * np.abs(without - rested).mean()
+
+
+def test_footprints_of_others_that_change_amid_a_drag_are_seen(plotter, scene, kept, clock):
+    for step in range(3):
+        clock.now_s += 1.0
+        scene.show(moved(moved(ON_GROUND, LIDAR.name, 0.1 * step), "aside", 0.2 * step))
+        moving, whole = frame(plotter, scene)
+        assert look_alike(moving, whole)

@@ -22,7 +22,7 @@ SOUND = Ultrasonic(name="u", position=(2.3, 0.0, 0.5))
 
 @pytest.fixture
 def layer(plotter: pv.Plotter) -> FootprintsLayer:
-    return FootprintsLayer(plotter.renderer)
+    return FootprintsLayer(plotter.renderer, plotter.renderer)
 
 
 def drawn(layer: FootprintsLayer, is_selected: bool) -> pv.PolyData:
