@@ -2,6 +2,7 @@
 
 Random actions, mouse and key events over menus, docks, fields, lists, dialogs and the 3D view, from a seed. Memory is
 written down every EVERY actions. The code is 1 where something failed unexpectedly, or where memory is not `is_steady`.
+`--rig "60 sensors" --minutes 60` stays with one large rig for an hour; the slowest actions are told in the end.
 """
 
 from __future__ import annotations
@@ -14,9 +15,11 @@ import random
 import statistics
 import sys
 import tempfile
+import threading
 import time
 import traceback
 import tracemalloc
+from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -43,9 +46,13 @@ from riglens.app.window.dialogs import Dialogs, Unsaved
 from riglens.app.window.main_window import MainWindow
 from riglens.app.window.start import open_window
 from riglens.core.formats.opening import open_rig
+from riglens.core.formats.report import OpenedRig
+from riglens.core.rig.model import Rig
 from riglens.core.rig.presets import PRESETS
 from riglens.evaluation.options import SceneOptions, ScoreOptions
 from tests.bench.peak import MEGABYTE
+from tests.bench.scenes import car
+from tests.calls import function_of
 
 EVERY = 100
 LIMIT_MB, GROWTH = 1400, 1.05
@@ -55,6 +62,10 @@ LONGEST_S = 30.0
 LEFT, ENABLED = Qt.MouseButton.LeftButton, Qt.ItemFlag.ItemIsEnabled
 SHUNNED = {"quit", "report", "open", "save_as"}
 """Actions that end the window, or occupy the computer for half a minute; files are opened and saved by others."""
+LARGE, FEWEST_SENSORS = "60 sensors", 50
+"""A rig that is opened again in place of others, and where so few sensors are left."""
+SLOW_S, LOOK_S, TOLD = 0.3, 0.05, 20
+"""From when on and how often it is looked where the interface is, and how many actions are told."""
 KEYS = ("W", "E", "L", "O", "S", "R", "H", "C", "P", "F", "V", "M", "G", "T", "Q", "A", "1", "3", "7", "Ctrl+Z",
     "Ctrl+Y", "Ctrl+D", "Ctrl+C", "Ctrl+V", "Esc", "Tab", "Space", "Del")  # fmt: skip
 EDGES_M = ("0.2", "0.25", "0.4", "auto")
@@ -98,8 +109,11 @@ class Answers(Dialogs):
 class Restless:
     """Does one thing after another to a window."""
 
-    def __init__(self, window: MainWindow, seed: int) -> None:
-        self._window, self._chance = window, random.Random(seed)
+    def __init__(self, window: MainWindow, seed: int, large: Rig | None = None) -> None:
+        self._window, self._chance, self._large = window, random.Random(seed), large
+        self._shunned = SHUNNED | ({"new"} if large else set())
+        self.pause_ms = 0
+        """Of the last action, which is not its own."""
         self._ways: dict[Callable[[], object], int] = {
             self._choose_action: 25, self._use_widget: 30, self._bring_up: 8, self._drop_dock: 1, self._move_sensor: 12,
             self._select: 8, self._use_mouse: 10, self._press_key: 6, self._open_preset: 1, self._undo: 3,
@@ -109,12 +123,17 @@ class Restless:
     def act(self) -> str:
         """Do something; its name."""
         [way] = self._chance.choices(list(self._ways), list(self._ways.values()))
+        if self._large and len(self._window.session.document.rig.sensors) < FEWEST_SENSORS:
+            way = self._open_preset
         done = way()
-        QTest.qWait(self._chance.choice((0, 5, 60)))
+        self.pause_ms = self._chance.choice((0, 5, 60))
+        QTest.qWait(self.pause_ms)
         return f"{way.__name__}: {done}"
 
     def _choose_action(self) -> str:
-        able = [a for a in self._window.bench.actions if a.isEnabled() and a.objectName() not in SHUNNED]
+        able = [
+            a for a in self._window.bench.actions if a.isEnabled() and a.objectName() not in self._shunned
+        ]
         action = self._chance.choice(able)
         action.trigger()
         return action.objectName()
@@ -232,15 +251,19 @@ class Restless:
         return key
 
     def _open_preset(self) -> str:
+        if self._large:
+            self._window.session.document.show(self._large)
+            return self._large.name
         name = self._chance.choice(list(PRESETS))
         self._window.features.files.open_preset(name)
         return name
 
     def _undo(self) -> str:
         actions = self._window.bench.actions
-        for _ in range(self._chance.randint(1, 8)):
+        steps = self._chance.randint(1, 8)
+        for _ in range(steps):
             actions[self._chance.choice(("undo", "undo", "redo"))].trigger()
-        return "some"
+        return f"{steps} steps"
 
     def _close_dialog(self) -> str:
         for dialog in _dialogs():
@@ -260,6 +283,52 @@ def _end_questions() -> None:
     waiting = QApplication.activePopupWidget() or QApplication.activeModalWidget()
     if waiting is not None:
         waiting.close()
+
+
+class Slowest:
+    """The actions that took longest, how much of it the interface itself was at work, and where."""
+
+    def __init__(self) -> None:
+        self._took: list[tuple[float, float, str, Counter[str]]] = []
+        self._began_s, self._own_s, self._places = math.inf, 0.0, Counter[str]()
+        self._interface = threading.get_ident()
+        threading.Thread(target=self._look, daemon=True).start()
+
+    def _look(self) -> None:
+        while True:
+            time.sleep(LOOK_S)
+            if time.monotonic() - self._began_s > SLOW_S:
+                frame = sys._current_frames().get(self._interface)
+                inner = list[str]()
+                while frame is not None and len(inner) < 4:
+                    if place := function_of(frame.f_code):
+                        inner.append(f"{place}:{frame.f_lineno}")
+                    frame = frame.f_back
+                self._places[" < ".join(inner) or "events"] += 1
+
+    def begin(self) -> None:
+        """Begin an action."""
+        self._places = Counter()
+        self._began_s, self._own_s = time.monotonic(), time.thread_time()
+
+    def end(self, name: str, pause_ms: int) -> None:
+        """End an action, of which a pause counts for nothing."""
+        took_s = time.monotonic() - self._began_s - pause_ms / 1000.0
+        self._began_s = math.inf
+        own_s = time.thread_time() - self._own_s
+        self._took.append((took_s, own_s, name, self._places if took_s > SLOW_S else Counter()))
+
+    def tell(self) -> None:
+        """Print the slowest."""
+        for which, seconds in (
+            ("", [one[0] for one in self._took]),
+            (" at work", [one[1] for one in self._took]),
+        ):
+            over = ", ".join(f"{sum(s > limit for s in seconds)} over {limit} s" for limit in (0.3, 0.5, 1.0))
+            print(f"{len(seconds)} actions{which}: {over}, longest {max(seconds, default=0.0):.2f} s")
+        for took_s, own_s, name, places in sorted(self._took, key=lambda one: -one[0])[:TOLD]:
+            print(f"{took_s:6.2f} s, {own_s:5.2f} s at work: {name}")
+            print(*(f"    {n} {at}" for at, n in places.most_common(3)), sep="\n")
 
 
 def settle(window: MainWindow) -> None:
@@ -289,26 +358,41 @@ def is_steady(megabytes: Sequence[float]) -> bool:
     return last[-1] <= LIMIT_MB and statistics.mean(last) <= GROWTH * statistics.mean(third or last)
 
 
-def campaign(window: MainWindow, count: int, seed: int, folder: Path, is_traced: bool) -> list[float]:
-    """Act `count` times; memory in MB at the beginning and after every EVERY actions."""
+def campaign(window: MainWindow, options: argparse.Namespace, folder: Path) -> list[float]:
+    """Act `count` times or for some minutes; memory in MB at the beginning and after every EVERY actions."""
     window.bench.dialogs = Answers(folder)
     guard = QTimer(interval=300)
     guard.timeout.connect(_end_questions)
     guard.start()
-    user, held, before = Restless(window, seed), [], None
-    for number in range(count + 1):
-        if number % EVERY == 0:
+    large = car(LARGE) if options.rig == LARGE else None
+    user, slowest, before = Restless(window, options.seed, large), Slowest(), None
+    held, number, began_s = list[float](), 0, time.monotonic()
+    while True:
+        minutes = (time.monotonic() - began_s) / 60.0
+        is_last = minutes > options.minutes if options.minutes else number == options.count
+        if number % EVERY == 0 or is_last:
+            busy_mb = psutil.Process().memory_info().rss // MEGABYTE
             mb, objects, voxels = measured(window)
             held.append(float(mb))
-            print(f"{number:6d} {mb:5d} MB {objects:6d} objects of Qt {voxels:5.1f} M voxels", flush=True)
-        if is_traced and number in (count // 2, count):
+            sensors = len(window.session.document.rig.sensors)
+            print(
+                f"{number:6d} {minutes:5.1f} min {mb:5d} MB, {busy_mb} before rest, {objects:6d} objects of Qt,"
+                f" {voxels:5.1f} M voxels, {sensors} sensors",
+                flush=True,
+            )
+        if options.trace and (is_last or number == options.count // 2):
             before = _told_growth(before)
-        if number < count:
-            QCursor.setPos(window.mapToGlobal(QPoint(5, 5)))
-            done = user.act()
-            if os.environ.get("RESTLESS_SAYS"):
-                print(number, done, flush=True)
+        if is_last:
+            break
+        QCursor.setPos(window.mapToGlobal(QPoint(5, 5)))
+        slowest.begin()
+        done = user.act()
+        slowest.end(f"{number} {done}", user.pause_ms)
+        if os.environ.get("RESTLESS_SAYS"):
+            print(number, done, flush=True)
+        number += 1
     guard.stop()
+    slowest.tell()
     return held
 
 
@@ -326,7 +410,8 @@ def main(arguments: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=5000)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--rig", default="nuScenes car")
+    parser.add_argument("--rig", default="nuScenes car", help=f"also '{LARGE}', which stays open")
+    parser.add_argument("--minutes", type=float, help="how long, instead of how many actions")
     parser.add_argument("--trace", action="store_true", help="say which lines of Python hold memory")
     options = parser.parse_args(arguments)
     sys.modules["mypy"] = None  # type: ignore[assignment]  # users have none, and pyvista loads it where it is
@@ -339,7 +424,7 @@ def main(arguments: Sequence[str]) -> int:
     def use() -> None:
         window = next(widget for widget in app.topLevelWidgets() if isinstance(widget, MainWindow))
         try:
-            held = campaign(window, options.count, options.seed, folder, options.trace)
+            held = campaign(window, options, folder)
             log = folder / "s" / "riglens.log"
             failures = log.read_text(encoding="utf-8").count("unexpected failure") if log.exists() else 0
             print(
@@ -353,7 +438,8 @@ def main(arguments: Sequence[str]) -> int:
         os._exit(code)
 
     QTimer.singleShot(0, use)
-    return open_window(open_rig(options.rig), SceneOptions(), ScoreOptions())
+    opened = OpenedRig(car(LARGE)) if options.rig == LARGE else open_rig(options.rig)
+    return open_window(opened, SceneOptions(), ScoreOptions())
 
 
 if __name__ == "__main__":
