@@ -19,7 +19,7 @@ from riglens.core.kernels.rays.cast import Cast
 from riglens.core.kernels.runtime import codes
 from riglens.core.rig.library import Cylinder, body_of
 from riglens.core.rig.model import Sensor
-from riglens.core.sensing.kept import RAYS, SHADOWS
+from riglens.core.sensing.kept import SHADOWS
 from riglens.core.sensing.ray_tiles import is_image, tiled
 from riglens.core.sensing.rays import lattice
 from riglens.core.sensing.screens import screen_of
@@ -109,7 +109,7 @@ def _may_meet(sensor: Sensor, housings: Sequence[Housing], start_m: float) -> ND
     return np.asarray(counts & (is_around | in_view))
 
 
-@RAYS.of
+@lru_cache(maxsize=256)  # tables of rays would drive it out, and those of a bent lens take half a second
 def _view_rad(sensor: Sensor) -> tuple[float, float, float]:
     """Return the angle from its axis, the lowest and the highest elevation within which a sensor's rays lie."""
     table = lattice(sensor)

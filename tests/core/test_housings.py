@@ -11,9 +11,10 @@ from riglens.core.engine.engine import Engine
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.rig.history import History
 from riglens.core.rig.library import default_library
-from riglens.core.rig.model import Lidar, LinearAngles, Rig, Sensor, Vehicle
+from riglens.core.rig.model import Camera, KannalaBrandt, Lidar, LinearAngles, Rig, Sensor, Vehicle
 from riglens.core.rig.yaml.file import dumps, loads, rig_sha256
 from riglens.core.sensing.body_ends import housing_radius_m, obstacle_of
+from riglens.core.sensing.kept import RAYS
 from riglens.core.sensing.rays import sensor_rays
 from riglens.core.vehicle.housings import car_of, half_size_m
 from riglens.core.vehicle.solid import solid_of
@@ -141,6 +142,18 @@ def test_only_housings_in_view_are_part_of_the_obstacle() -> None:
         other = aside.model_copy(update={"position": (float(x), float(y), 0.5)})
         found = obstacle_of(narrow, car_of(housed(narrow, other)))
         assert (found.fingerprint != body) == is_met
+
+
+def test_what_is_in_view_of_a_bent_lens_needs_no_list_of_its_rays_again() -> None:
+    """The list takes half a second, and edits of other sensors drive it out."""
+    bent = Camera(
+        name="bent", position=(0.0, 0.0, 2.0), image=(64, 48), fx=40.0, fy=40.0, cx=32.0, cy=24.0,
+        distortion=KannalaBrandt(k1=-0.02),
+    )  # fmt: skip
+    first = obstacle_of(bent, car_of(housed(bent, spinner("other", 0.5))))
+    RAYS.forget()
+    again = obstacle_of(bent, car_of(housed(bent, spinner("other", 0.5))))
+    assert again == first and first.met and RAYS.size_bytes == 0
 
 
 def test_every_edit_gives_the_bits_of_an_evaluation_from_scratch() -> None:
