@@ -51,6 +51,12 @@ def test_a_target_leads_back_to_the_place_of_its_object(number: int) -> None:
         assert np.hypot(*(found[0] - place[:2])) < 0.01 * np.hypot(*place[:2])
 
 
+def test_a_peak_is_the_middle_of_the_pixels_of_an_object() -> None:
+    bounds = np.array([[5, 3, 6, 4], [10, 20, 14, 21]])  # one pixel, and four in a row
+    marks = marks_of(CAMERAS[0], np.full(2, LEAST_PX), bounds, np.zeros(2, np.uint8), ahead_of(CAMERAS[0], 2))
+    assert marks.peak.tolist() == [[3.0, 5.0], [20.0, 11.5]]
+
+
 def test_marks_far_beside_a_picture_are_one_width_of_it_away() -> None:
     camera = CAMERAS[0]
     beside = np.add(camera.position, [[2.0, 30.0, 0.0], [2.0, -30.0, 0.0]])

@@ -176,6 +176,16 @@ def test_vehicle_info_without_a_length_is_told_and_a_wrong_one_refused(tmp_path:
     assert imported.rig.vehicle == Vehicle() and has(
         imported.report, "ignored", "a length is missing", "vehicle_info"
     )
+    for changes in (
+        {"2.8": "50.0", "0.9": "50.0"},
+        {"1.6": "50.0", "0.15": "26.0"},
+    ):  # alone too long, or too wide
+        wrong = INFO
+        for length, other in changes.items():
+            wrong = wrong.replace(length, other)
+        write_files(tmp_path, {"vehicle_info.param.yaml": wrong})
+        with pytest.raises(InputError, match=r"lengths of a vehicle from 0\.1 to 100 m"):
+            read_rig(tmp_path)
     write_files(tmp_path, {"vehicle_info.param.yaml": INFO.replace("2.8", "-2.8")})
     with pytest.raises(InputError, match=r"vehicle_info.param.yaml: .*wheel_base: .*got -2.8"):
         read_rig(tmp_path)

@@ -232,6 +232,22 @@ def test_requirements_are_met_by_another_set_where_there_is_one(traffic: Traffic
     assert never.best == replace(free.best)
 
 
+def test_what_is_worth_least_makes_room_for_what_is_required(traffic: Traffic) -> None:
+    few = replace(ADDED, spots_m=1.5, tilts_deg=(0.0,))
+    problem = Problem(RIG, traffic, few, frames=4, held_out=2)
+    best = [one.places_m[0] for one in proposed(problem).best.added]
+    alone = proposed(replace(problem, additions=replace(few, count=1))).best.added[0].places_m[0]
+
+    def unmet(rig: Rig) -> tuple[str, ...]:
+        places = [sensor.position for sensor in rig.sensors]
+        return ("other",) if all(any(np.allclose(p, q) for p in places) for q in best) else ()
+
+    found = [one.places_m[0] for one in proposed(replace(problem, unmet=unmet)).best.added]
+    assert len(best) == 2
+    for places in (best, found):
+        assert any(np.allclose(alone, place) for place in places)
+
+
 def pair(x_m: float) -> Rig:
     """A car with a LiDAR on the roof, and a mirror pair beside it."""
     left = OWN.replace(name="left", position=(x_m, 0.6, 1.55))

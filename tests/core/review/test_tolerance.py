@@ -231,6 +231,12 @@ def test_draws_taken_one_by_one_with_pauses_are_those_of_one_go() -> None:
     assert len(half.floor["ring"].values) >= len(drawn) // 4
 
 
+@pytest.mark.parametrize("draws", [1, 3, 4, 5, 10, 66])
+def test_the_noise_floor_has_a_quarter_of_the_draws_rounded_down_and_at_least_one(draws: int) -> None:
+    run = ToleranceRun(looking_down(), profile_called("assembly"), draws)
+    assert run.steps == 1 + draws + max(1, draws // 4)
+
+
 def test_a_measurement_that_is_given_up_gives_nothing_and_the_next_is_whole() -> None:
     rng = np.random.default_rng(5)
     field, traffic, rig = random_field(SMALL, rng), some_traffic(rng), random_rig(rng, 3)

@@ -16,9 +16,11 @@ from PIL import Image
 from pyarrow import parquet
 
 from riglens.core.errors import InputError
+from riglens.core.geometry import Pose
 from riglens.core.pieces.folder import PieceFolder
 from riglens.core.pieces.processes import worker_processes
-from riglens.core.rig.model import Rig
+from riglens.core.rig.library import sensor_from_model
+from riglens.core.rig.model import Rig, Vehicle
 from riglens.core.simulate import dataset as module
 from riglens.core.simulate.channels import channels_of
 from riglens.core.simulate.dataset import (
@@ -278,6 +280,13 @@ def test_one_lidar_has_one_channel_and_names_are_told_apart() -> None:
     assert [one.name for one in channels_of(twins)] == names
 
 
+def test_a_channel_stands_where_its_sensor_does_as_seen_from_the_rear_axle() -> None:
+    small = rig().replace(vehicle=Vehicle(rear_axle_x=-1.3))
+    left, right, camera = (np.add(sensor.position, (1.3, 0.0, 0.0)) for sensor in small.sensors)
+    places = [one.place_m for one in channels_of(small)]
+    np.testing.assert_allclose(places, [(left + right) / 2, left, right, camera], atol=1e-12)
+
+
 def test_a_sequence_is_thinned_frame_by_frame() -> None:
     scenes = scenes_of(road_users(), every=3)
     assert [(scene.frames, scene.places) for scene in scenes] == [((0, 3), (0, 3)), ((4, 7), (0, 3))]
@@ -303,6 +312,19 @@ def test_parquet_holds_the_points_of_the_sweep(tmp_path: Path) -> None:
     classes = ("car", "bicycle", "pedestrian")
     assert on == [names[k] if k < 0 else classes[truth.cls[k]] for k in sweep.object.tolist()]
     assert lidars == [("left", "right")[k] for k in sweep.sensor.tolist()]
+    assert "time_s" not in table.column_names
+
+
+def test_parquet_holds_the_times_of_a_scan_pattern(tmp_path: Path) -> None:
+    what = dataset(
+        of=rig(sensor_from_model("livox-mid-40-pattern", "L", Pose((0.0, 0.0, 1.9), (0.0, 5.0, 0.0))))
+    )
+    frame = what.scenes[0].frames[0]
+    make(tmp_path / "set", replace(what, scenes=[replace(what.scenes[0], frames=(frame,), places=(0,))]))
+    (path,) = (tmp_path / "set" / "points").iterdir()
+    sweep = Simulator(what.rig, Worlds(what.traffic, SETTINGS)).sweep(frame)
+    assert sweep.time_s.any()
+    np.testing.assert_array_equal(parquet.read_table(path)["time_s"].to_numpy(), sweep.time_s)
 
 
 def test_depth_and_labels_agree_with_the_lidar(tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ from riglens.core.study import accuracy_cases
 from riglens.core.study.accuracy import (
     AccuracyStudy,
     Point,
+    ScoreError,
     Wrong,
     pareto_front,
     study_accuracy,
@@ -220,6 +221,11 @@ def test_a_thinner_lattice_has_some_of_the_rays_and_covers_some_of_the_voxels(la
     assert wrong.extra == 0.0 < wrong.missed
 
 
+def test_a_camera_of_few_pixels_keeps_one():
+    tiny = Camera(name="c", position=(0.0, 0.0, 5.0), hfov_deg=60.0, image=(3, 2))
+    assert with_lattice(rig_of(tiny), "1/4").enabled_cameras()[0].resolution == (1, 1)
+
+
 def test_a_lattice_of_all_pixels_casts_one_ray_per_pixel():
     rig = with_lattice(rig_of(camera((0.0, 0.0, 5.0)), spinning((0.0, 0.0, 5.0))), "all pixels")
     assert rig.enabled_cameras()[0].resolution == rig.enabled_cameras()[0].image
@@ -262,7 +268,7 @@ def test_the_study_has_every_method_and_exact_ones_err_nowhere(study):
     by_method = {
         point.method: point for point in study.points if point.lattice == "own" and point.voxel_m == 1.0
     }
-    assert len(study.points) >= 7
+    assert {point.lattice for point in study.points} == {"own", *QUICK.lattices}
     assert len(by_method) == 8
     for method in ("exact", "edit-camera", "edit-lidar"):
         assert by_method[method].voxel_error == 0.0
@@ -282,6 +288,11 @@ def test_scores_are_held_to_the_exact_ones_on_the_finest_grid(study):
     assert study.own.errors["car"].raw_error == pytest.approx(
         abs(study.own.s_ms["car"] / study.finest.s_ms["car"] - 1.0)
     )
+
+
+def test_errors_of_grid_and_shortcut_add_up_where_both_are_known():
+    assert ScoreError(0.4, 0.25, 0.125, 1.0).both == 0.375
+    assert ScoreError(0.4, None, 0.125, 1.0).both is ScoreError(0.4, 0.25, None, 1.0).both is None
 
 
 def test_edits_are_not_on_the_fronts(study):

@@ -87,6 +87,14 @@ def test_a_cut_lidar_looks_ahead_in_the_frame_of_the_car(field_deg: float) -> No
     assert cut.azimuths().size == pytest.approx(whole.azimuths().size * field_deg / 360.0, abs=1)
 
 
+def test_pictures_of_half_the_size_show_the_same_in_half_the_pixels() -> None:
+    anchor = named("PETR, 1600 to 800 px")
+    ((_, before),), ((_, after),) = anchor.before, anchor.after
+    for whole, half in zip(before.enabled_cameras(), after.enabled_cameras(), strict=True):
+        assert np.multiply(half.image, 2).tolist() == list(whole.image) and half.cast is None
+        assert np.multiply(half.intrinsics_px(), 2.0) == pytest.approx(whole.intrinsics_px())
+
+
 def test_lost_cameras_are_drawn_with_replacement() -> None:
     names = ("a", "b", "c")
     chances = {left: share for share, left in lost(names, 2)}

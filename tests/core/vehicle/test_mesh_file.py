@@ -307,7 +307,9 @@ def test_a_pipe_is_no_mesh(tmp_path):
 
 
 def test_more_triangles_than_can_be_drawn_are_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr("riglens.core.vehicle.mesh_parse.MAX_TRIANGLES", 3)
+    monkeypatch.setattr("riglens.core.vehicle.mesh_parse.MAX_TRIANGLES", len(FACES))
+    assert len(parse_mesh(written(tmp_path, "a.obj", OBJ))["triangles"]) == len(FACES)
+    monkeypatch.setattr("riglens.core.vehicle.mesh_parse.MAX_TRIANGLES", len(FACES) - 1)
     with pytest.raises(InputError, match="more than 3 triangles; simplify"):
         parse_mesh(written(tmp_path, "a.obj", OBJ))
 

@@ -162,6 +162,14 @@ def test_the_rigs_with_cameras_are_those_that_were_registered() -> None:
     assert how.cameras == "usual" and how.simulation.body == "ignored"
 
 
+def test_a_piece_is_called_by_what_it_makes() -> None:
+    asked = study(rig("a"), rig("b", 4))
+    net, first = asked.nets[0], asked.compared[0]
+    assert [Job(*of).title for of in ((None, first), (net, first), (net, None, 2))] == [
+        "sweeps of a", "a, seed 1", "net of seed 1, pass 2",
+    ]  # fmt: skip
+
+
 @pytest.mark.parametrize("content", [b"", b"no archive", b"PK\x03\x04 cut off", b"\x93NUMPY\x01\x00v\x00{}"])
 def test_a_damaged_piece_counts_for_nothing_and_is_one_line_where_it_is_needed(
     tmp_path: Path, content: bytes
