@@ -50,7 +50,7 @@ def sentence(changes: Changes, baseline: str) -> str:
         return f"No difference from {baseline} that these figures can tell"
     ways = {one.is_better for one in resolved}
     if len(ways) == 1:
-        first = next((one for one in resolved if one.who == ALL), resolved[0])
+        first = _foremost(resolved)
         return f"{'Better' if first.is_better else 'Worse'} than {baseline}: {first.text()}"
     return f"Mixed against {baseline}: {_mixed(resolved)}"
 
@@ -89,5 +89,12 @@ def _mixed(resolved: Sequence[_Resolved]) -> str:
     mine = [one for one in resolved if one.figure is first.figure and one.who in CLASSES]
     if len({one.is_better for one in mine}) == 2:
         return ", ".join([mine[0].text(), *(one.text(with_figure=False) for one in mine[1:])])
-    contrary = next(one for one in resolved if one.is_better != first.is_better)
+    contrary = _foremost([one for one in resolved if one.is_better != first.is_better])
     return f"{first.text()}, but {contrary.text()}"
+
+
+def _foremost(resolved: Sequence[_Resolved]) -> _Resolved:
+    """Return the first change of a mean over the classes; without one the largest of a class, of the first figure."""
+    mine = [one for one in resolved if one.figure is resolved[0].figure]
+    largest = max(mine, key=lambda one: abs(one.change.value))
+    return next((one for one in resolved if one.who == ALL), largest)

@@ -33,6 +33,13 @@ def changes(**by_key: dict[str, float]) -> dict[str, dict[str, Estimate]]:
             ("predicted AP +4.0", "but seen by cameras −20.0"),
             (),
         ),
+        (
+            {"predicted": {ALL: 0.04}, "share_5": {ALL: 0.02, "bicycle": -0.04, "pedestrian": -0.06}},
+            "Mixed",
+            ("predicted AP +4.0", "pedestrian −6.0"),
+            ("bicycle",),
+        ),
+        ({"predicted": {"bicycle": 0.04, "pedestrian": 0.06}}, "Better", ("pedestrian +6.0",), ("bicycle",)),
         ({"predicted": {ALL: 0.004}}, "No difference", (), ("predicted",)),
         ({"predicted": {}}, "The same", (), ()),
         ({"s_ms": {ALL: 1e6}}, "Nothing to compare", (), ()),
