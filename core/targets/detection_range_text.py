@@ -7,14 +7,14 @@ import math
 from riglens.core.targets.detection_range import Reach
 
 HEADINGS = {0.0: "end on", 90.0: "side on"}
-_NAMES = {0: "ahead", 90: "left", 180: "behind", -90: "right"}
+_NAMES = {0.0: "ahead", 90.0: "left", 180.0: "behind", -90.0: "right"}
 
 
 def bearing_text(bearing_deg: float) -> str:
-    """Return a direction from the car as text: its name, or degrees to the left."""
+    """Return a direction from the car as text: its name, or degrees to a side."""
     turned = math.remainder(bearing_deg, 360.0)
-    named = _NAMES.get(round(turned)) if turned == round(turned) else None
-    return named or ("behind" if turned == -180.0 else f"{turned:g}°".replace("-", "−"))
+    named = _NAMES.get(abs(turned) if abs(turned) == 180.0 else turned)
+    return named or f"{abs(turned):g}° {'left' if turned > 0.0 else 'right'}"
 
 
 def reach_text(reach: Reach, to_m: float) -> str:
