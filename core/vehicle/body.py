@@ -34,7 +34,7 @@ from riglens.core.vehicle.surface import (
     strip,
     superellipsoid,
 )
-from riglens.core.vehicle.wheels import axle, housing_reach_m
+from riglens.core.vehicle.wheels import axle, axles_x, housing_reach_m
 
 Axles = list[tuple[float, float]]
 """For each axle its x, and the distance of its wheel housings from the car's middle plane, metres."""
@@ -65,15 +65,14 @@ def _finished(vehicle: Vehicle) -> Painted:
     )
     painted = _fit(painted, vehicle)
     scale = vehicle.height / profile.height_m
-    wheelbase = (profile.axle_x[1] - profile.axle_x[0]) * vehicle.length / profile.length_m
-    axles_x = (vehicle.rear_axle_x, vehicle.rear_axle_x + wheelbase)
+    both_x = axles_x(profile, vehicle)
     axles = [
         (x, housing_reach_m(profile, vehicle, front, scale))
-        for front, x in zip((False, True), axles_x, strict=True)
+        for front, x in zip((False, True), both_x, strict=True)
     ]
     painted = _open_arches(painted, axles, profile, scale)
     painted += _mirrors(profile, vehicle)
-    for front, x in enumerate(axles_x):
+    for front, x in enumerate(both_x):
         painted += axle(profile, vehicle, bool(front), x, scale)
     merged: dict[str, list[Surface]] = {}
     for material, mesh in painted:

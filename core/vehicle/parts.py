@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from riglens.core.rig.model import Vehicle
 from riglens.core.vehicle.profile import BodyProfile, Region, profile_of
 from riglens.core.vehicle.surface import polygon_distance
+from riglens.core.vehicle.wheels import axles_x
 
 Doubles = NDArray[np.float64]
 Labels = NDArray[np.uint8]
@@ -83,11 +84,10 @@ def _in_region(region: Region, middles: Doubles, normals: Doubles) -> NDArray[np
 def _in_arch(profile: BodyProfile, vehicle: Vehicle, middles_m: Doubles) -> NDArray[np.bool_]:
     """Return which places lie within a wheel arch or on its lip."""
     scale = vehicle.height / profile.height_m
-    wheelbase = (profile.axle_x[1] - profile.axle_x[0]) * vehicle.length / profile.length_m
     reach = scale * (profile.arch_radius_m + profile.arch_lip_m) + _ARCH_M
     inner = vehicle.width / 2.0 - scale * (max(profile.wheel_width_m) + 0.15)
     found = np.zeros(len(middles_m), np.bool_)
-    for x in (vehicle.rear_axle_x, vehicle.rear_axle_x + wheelbase):
+    for x in axles_x(profile, vehicle):
         away = np.hypot(middles_m[:, 0] - x, middles_m[:, 2] - scale * profile.wheel_radius_m)
         found |= (away <= reach) & (np.abs(middles_m[:, 1]) >= inner)
     return found

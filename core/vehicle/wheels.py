@@ -16,6 +16,12 @@ OUTER_M = 0.035
 """From the side of the car to the outer face of the wheels."""
 
 
+def axles_x(profile: BodyProfile, vehicle: Vehicle) -> tuple[float, float]:
+    """Return x of the rear and the front axle."""
+    wheelbase = (profile.axle_x[1] - profile.axle_x[0]) * vehicle.length / profile.length_m
+    return vehicle.rear_axle_x, vehicle.rear_axle_x + wheelbase
+
+
 def housing_reach_m(profile: BodyProfile, vehicle: Vehicle, front: bool, scale: float) -> float:
     """Return the distance from the car's middle plane to where the wheel housings of an axle begin."""
     return vehicle.width / 2 - OUTER_M - profile.wheel_width_m[front] * scale - HOUSING_DEPTH_M

@@ -18,6 +18,7 @@ from riglens.core.targets.detection_range_making import (
     reach_of,
 )
 from riglens.core.targets.detection_range_table import range_document, range_lines
+from riglens.core.targets.detection_range_text import bearing_text
 from riglens.core.targets.engine import TargetEngine
 from riglens.core.targets.settings import EXACT
 from riglens.core.vehicle.solid import Solid
@@ -165,6 +166,9 @@ def test_a_picture_is_cut_at_the_edge_of_the_image():
 
 
 def test_directions_lie_evenly_around_the_car():
+    texts = [bearing_text(bearing) for bearing in around(8)]
+    assert texts == ["ahead", "45° left", "left", "135° left", "behind", "135° right", "right", "45° right"]
+    assert bearing_text(-180.0) == "behind"
     assert around(8) == (0.0, 45.0, 90.0, 135.0, 180.0, -135.0, -90.0, -45.0) == RangePlan().bearings_deg
     assert around(1) == (0.0,)
 
