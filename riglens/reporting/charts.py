@@ -22,6 +22,7 @@ from riglens.reporting.svg import (
     PANEL,
     PAPER,
     SOFT,
+    TEXT_MM,
     Drawing,
     Point,
     sector,
@@ -226,11 +227,11 @@ def blind_areas(
         drawing.text(0.0, y + 0.85, f"{one['height_m']:.2f} m")
         drawing.rect(left, y - 1.5, (right - left) * area / most, 3.0, LOSS, 0.75)
         drawing.line([(left, y - 2.6), (left, y + 2.6)], LINE)
-        drawing.text(72.0, y + 0.85, f"{area:.1f}", "end", bold=True, path=path)
+        drawing.text(72.0, y + 0.85, f"{area:,.1f}", "end", bold=True, path=path)
         if before:
             at = left + (right - left) * before[place]["unseen_m2"] / most
             drawing.area([(at, y - 1.5), (at - 0.85, y - 2.9), (at + 0.85, y - 2.9)], INK)
-            drawing.text(wide, y + 0.85, f"{before[place]['unseen_m2']:.1f}", "end", SOFT)
+            drawing.text(wide, y + 0.85, f"{before[place]['unseen_m2']:,.1f}", "end", SOFT)
     return drawing
 
 
@@ -330,13 +331,13 @@ def missed_wheel(key: str, cls: str, document: Figures, compares: bool, shape: C
     for turn in range(0, 180, 45):
         drawing.line([_at(middle, radius, turn + 22.5), _at(middle, radius, turn + 202.5)], "#ffffff", 0.3)
     for (x, y), words, colour in notes:
-        drawing.text(x, y + 0.85, words, "middle", colour, True)
+        size_mm = 2.2 if compares else TEXT_MM  # to the left and right a sign and two digits fill a ring
+        drawing.text(x, y + 0.85, words, "middle", colour, True, size_mm=size_mm)
     draw_car(drawing, shape.above, middle, scale, "#ffffff")
     return drawing
 
 
 def bearing_words(bearing_deg: float) -> str:
     """Return a direction as words: ahead, at 45° left."""
-    turned = math.remainder(bearing_deg, 360.0)
-    named = bearing_text(turned)
-    return named if not named.endswith("°") else f"at {abs(turned):g}° {'left' if turned > 0 else 'right'}"
+    named = bearing_text(bearing_deg)
+    return f"at {named}" if "°" in named else named

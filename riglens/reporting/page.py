@@ -76,7 +76,7 @@ def percent(value: Any) -> str:
 
 def square_metres(value: Any) -> str:
     """Return an area with one decimal."""
-    return f"{float(value):.1f} m²"
+    return f"{_fixed(float(value), 1)} m²"
 
 
 def hidden_on(area_m2: Any) -> str:
@@ -329,7 +329,7 @@ def _templates() -> Environment:
     )
     made.policies["json.dumps_kwargs"] = {"separators": (",", ":"), "allow_nan": False}
     made.filters |= {
-        "bearing_text": lambda bearing: minus(bearing_text(bearing)),
+        "bearing_text": bearing_text,
         "sha256": lambda text: hashlib.sha256(text.encode("utf-8")).hexdigest(),
     }
     writers = (percent, square_metres, hidden_on, metres, whole, plain)

@@ -252,7 +252,5 @@ def smallest_range(rig: Figures) -> Found | None:
     _, place, kind = min(cases, key=lambda case: case[:2])
     row = rig["range"]["rigs"][0]["rows"][place]
     where = f"{row['class']} {HEADINGS[row['heading_deg']]}, {bearing_words(row['bearing_deg'])}".capitalize()
-    words = (
-        f"is the detection range, by {kind.plural}; it is longer in other directions and for other classes"
-    )
+    words = f"is the detection range, by {kind.plural}; no direction or class has a shorter one"
     return Found(f"range/rigs/0/rows/{place}/{kind.name}/first_below_m", where, words)

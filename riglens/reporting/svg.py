@@ -95,16 +95,16 @@ class Drawing:
 
     def text(
         self, x: float, y: float, words: str, anchor: str = "start", colour: str = INK, bold: bool = False,
-        halo: bool = False, path: str | None = None,
+        halo: bool = False, path: str | None = None, size_mm: float = TEXT_MM,
     ) -> None:  # fmt: skip
         """Write words on a base line; `halo`: readable over shapes, `path`: the place of a figure that they say."""
         if halo:
             self._add(
-                "text", words, x=x, y=y, text_anchor=anchor, font_size=TEXT_MM, fill=PAPER, stroke=PAPER,
+                "text", words, x=x, y=y, text_anchor=anchor, font_size=size_mm, fill=PAPER, stroke=PAPER,
                 stroke_width=0.8, stroke_linejoin="round", font_weight="bold" if bold else None, aria_hidden="true",
             )  # fmt: skip
         self._add(
-            "text", words, x=x, y=y, text_anchor=anchor, font_size=TEXT_MM, fill=colour,
+            "text", words, x=x, y=y, text_anchor=anchor, font_size=size_mm, fill=colour,
             font_weight="bold" if bold else None, data_from=path,
         )  # fmt: skip
 

@@ -828,6 +828,25 @@ def test_a_heading_is_never_left_alone_and_a_small_table_never_cut_where_a_pdf_i
     assert "A remark." in found and found.count("one + other") == 9
 
 
+def test_what_follows_the_pages_of_a_rig_shares_the_last_of_them(document):
+    section = "<section class='page'><h2>%s</h2></section>"
+    found = pages_of(document, section % "first" + section % "second" + "<h2>Glossary</h2>")
+    assert ["first" in page for page in found] == [True, False]
+    assert ["second" in page and "Glossary" in page for page in found] == [False, True]
+
+
+def test_page_one_says_which_rays_pass_through_the_body_and_nothing_where_none_does(document):
+    figures = copy.deepcopy(document.figures)
+    of_rigs = figures["evaluation"]["rigs"]
+    for bodies, said in ((("blocks", "blocks"), False), (("blocks", "ignored"), True)):
+        for rig, body in zip(of_rigs, bodies, strict=True):
+            rig["body"] = body
+        figures["evaluation"]["body"] = "blocks" if len(set(bodies)) == 1 else None
+        page = report_page(ReportDocument(figures, document.rigs, document.drawings))
+        front = page[: page.index("<h2>")]
+        assert ("ignored for second" in front) == said and ("Body" in front) == said
+
+
 def test_names_of_columns_are_repeated_on_each_page_of_a_long_table(document):
     found = pages_of(document, TABLE % ("", ROW * 150))
     assert len(found) >= 3 and sum(page.count("one + other") for page in found) == 150
