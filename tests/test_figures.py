@@ -317,6 +317,8 @@ def test_losses_of_sensors_are_told_in_it(evaluator: Evaluator, evaluated: Evalu
     of_radar = losses_of(known(evaluated), known(without), "radar")
     assert of_radar["predicted"].text == of_radar["s_ms"].text == NONE != losses["predicted"].text
     assert of_radar["missed"].text == losses["missed"].text
+    none = losses_of(known(evaluated), known(evaluated), "lidar")
+    assert none["predicted"].text == none["made_up"].text == "0.0", "as many digits with an error as without"
 
 
 def test_the_panel_targets_offers_it(qtbot: QtBot, evaluated: Evaluated) -> None:

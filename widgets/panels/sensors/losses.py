@@ -12,7 +12,6 @@ from riglens.core.figures.text import (
     change_digits,
     change_estimate_text,
     change_unit,
-    decimals_of,
     exact_text,
     in_unit,
     value_text,
@@ -102,8 +101,7 @@ def _loss(measure: Figure, change: Estimate, tip: str) -> Loss:
         arrow = "↑" if size > 0.0 else "↓" if size else ""
         return Loss(abs(size), f"{abs(size):.2f}{arrow}", tip)
     lost = -size if measure.better == "more" else size
-    decimals = 1 if change.se else decimals_of(measure, 0.0)  # one number in a column
-    digits = f"{abs(lost):.{decimals}f}"
+    digits = f"{abs(lost):.1f}"  # as many for every sensor, whose errors differ
     return Loss(max(lost, 0.0), f"{'-' if lost < 0.0 and float(digits) else ''}{digits}", tip)
 
 
