@@ -51,8 +51,10 @@ def test_the_list_shows_the_loss_in_the_measure_that_is_chosen(desk: FullDesk) -
     roof = asked(desk)[0]
     marginals(desk)._take_count(roof, counted(roof))
     row = desk.panels.tree._items["roof"]
+    marginals(desk).choose("share_5")
+    assert "At least 5 points" in row.toolTip(LOSS)
     marginals(desk).choose("s_ms")
-    assert row.text(LOSS) == ""  # S-MS is not known yet
+    assert row.text(LOSS) == row.toolTip(LOSS) == ""  # S-MS is not known yet
     marginals(desk).choose("share_5")
     lost = changed(SHARE_5, ALL, desk.features.targets.answer.figures, counted(roof))
     assert lost is not None and lost.value < 0 and row.text(LOSS) == f"{-100 * lost.value:.1f}"

@@ -199,7 +199,17 @@ def _show_no_loss(row: QTreeWidgetItem, reason: Loss | None) -> None:
         show_loss(row, reason, 0.0)
         if reason.text:
             row.setForeground(LOSS, QBrush(QColor(tones().less)))
-    elif row.toolTip(LOSS) in (plain_tip(_DISABLED.tip), plain_tip(_FAILED.tip)):
+    elif _has_reason(row):
+        show_loss(row, Loss(None, "", ""), 0.0)
+
+
+def _has_reason(row: QTreeWidgetItem) -> bool:
+    return row.toolTip(LOSS) in (plain_tip(_DISABLED.tip), plain_tip(_FAILED.tip))
+
+
+def forget_loss(row: QTreeWidgetItem) -> None:
+    """Show no loss, because another measure is chosen; why a sensor has none holds in every measure."""
+    if not _has_reason(row):
         show_loss(row, Loss(None, "", ""), 0.0)
 
 

@@ -26,14 +26,13 @@ from riglens.core.rig.model import Rig, Sensor
 from riglens.core.sensors.registry import kinds, shown_kinds
 from riglens.core.shown_text import visible
 from riglens.widgets.panels.controls.icons import icon
-from riglens.widgets.panels.controls.item_views import BAR_SHARE, give_context_menu
+from riglens.widgets.panels.controls.item_views import give_context_menu
 from riglens.widgets.panels.controls.menus import add_entry
 from riglens.widgets.panels.controls.style import plain_tip, tones
 from riglens.widgets.panels.sensors.losses import Loss, heading, meaning, measure_for, usual_measure
 from riglens.widgets.panels.sensors.rows import (
     CHOICE_TIP,
     EYE,
-    FAILED,
     LOCK,
     LOSS,
     NAME,
@@ -42,6 +41,7 @@ from riglens.widgets.panels.sensors.rows import (
     TYPE,
     WIDTHS_PX,
     RowState,
+    forget_loss,
     set_loss_stale,
     set_up_columns,
     show_loss,
@@ -164,9 +164,7 @@ class SensorList(QTreeWidget):
         self.headerItem().setText(LOSS, heading(measure))
         self.headerItem().setToolTip(LOSS, f"{meaning(measure)}\n{CHOICE_TIP}")
         for row in self._rows:
-            if row.text(LOSS) != FAILED:
-                row.setText(LOSS, "")
-            row.setData(LOSS, BAR_SHARE, None)
+            forget_loss(row)
 
     def _name_measures(self) -> None:
         """Write into the row of each kind in which figure its losses are."""
