@@ -29,7 +29,8 @@ Purpose = Literal["preview", "copy"] | Path
 
 
 class Picture(Feature):
-    """Dialog for pictures, one at a time; it draws the scene as it was when the dialog opened."""
+    """Dialog for pictures, one at a time; it draws the scene as it was when the dialog opened. Sets are drawn
+    one at a time, too."""
 
     specs = (
         Spec(
@@ -109,12 +110,14 @@ class Picture(Feature):
             return drawn_set(state, folder, SET_PX, SET_SCALE, tell)
 
         self.bench.tasks.run(
-            "Drawing the picture set",
+            "Picture set",
             write,
             lambda count: self.bench.status.showMessage(
                 f"Picture set: {count} files written to {folder}", TOLD_MS
             ),
+            ended=lambda: self.bench.actions.allow("picture_set"),
         )
+        self.bench.actions.allow("picture_set", "A picture set is being drawn.")
 
     def _counted(self) -> Values:
         """Return the figures of objects of the rig, once all frames are counted."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import threading
 from collections.abc import Iterator
 from dataclasses import replace
 from multiprocessing.connection import Connection
@@ -242,6 +243,19 @@ def test_the_picture_set_is_written_whole_by_its_own_process(bench, tmp_path, mo
     assert names >= {*VIEWS, *cameras}
     files = {file.name for file in bench.dialogs.path.iterdir()}
     assert files == {f"{name}{suffix}" for name in names for suffix in (".png", ".svg")} | {CAPTIONS}
+
+
+def test_a_second_picture_set_waits_for_the_end_of_the_first(bench, tmp_path, monkeypatch):
+    is_over = threading.Event()
+    monkeypatch.setattr("riglens.app.window.features.picture.drawn_set", lambda *_: is_over.wait(60.0))
+    bench.dialogs.path = tmp_path / "set"
+    action = bench.workbench.actions["picture_set"]
+    usual = action.toolTip()
+    bench.act("picture_set")
+    assert not action.isEnabled() and action.toolTip() != usual
+    is_over.set()
+    bench.qtbot.waitUntil(action.isEnabled, timeout=TIMEOUT_MS)
+    assert action.toolTip() == usual
 
 
 def crash(pipe: Connection) -> None:
