@@ -123,7 +123,7 @@ def test_a_stage_of_unknown_length_is_named_and_shows_no_share_of_the_way(qtbot:
     strip.show_progress(0.4)
     strip.name_stage("Counting")
     strip.show_progress(0.5)
-    assert strip.bar.text().startswith("Counting") and "Loading boxes: Counting" in strip.bar.toolTip()
+    assert "Loading boxes: counting" in strip.bar.toolTip() and strip.bar.text().startswith("Loa")
     strip.show_stage("Preparing the engine", "a minute or two")
     assert strip.bar.text() == "Preparing the engine" and strip.left.text() == "a minute or two"
     strip.begin()

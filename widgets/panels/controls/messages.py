@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from riglens.core.figures.text import in_sentence
 from riglens.core.shown_text import visible_lines
 from riglens.widgets.panels.controls.building import button, filled, plain_label, tool
 from riglens.widgets.panels.controls.icons import icon
@@ -205,9 +206,9 @@ class ProgressStrip(QWidget):
             self._patience.start()
 
     def name_stage(self, stage: str) -> None:
-        """Show the current stage in place of the title; both are in the tooltip."""
-        self.bar.setToolTip(plain_tip(f"{self._title}: {stage}"))
-        self._stage = stage
+        """Show the current stage behind the title, which tells two strips apart; both are whole in the tooltip."""
+        self._stage = f"{self._title}: {in_sentence(stage)}"
+        self.bar.setToolTip(plain_tip(self._stage))
 
     def show_progress(self, fraction: float) -> None:
         """Record the share of the work done, 0..1."""
