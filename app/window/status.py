@@ -124,7 +124,7 @@ class StatusBar(QStatusBar):
         self._last, self._is_coarse = result, False
 
     def show_figure(self, text: str, tip: str = "") -> None:
-        """Show one figure of the rig, or none."""
+        """Show the leading figures of the rig, or none."""
         self.figure.setText(text)
         self.figure.setToolTip(plain_tip(tip))
         self.figure.setEnabled(True)

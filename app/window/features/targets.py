@@ -221,9 +221,9 @@ class Targets(Feature):
 
 
 def _in_status(figures: Values) -> tuple[str, str]:
-    """Return the first of the leading figures, all classes together, and its tooltip."""
-    figure = next(one for one in leading_figures() if one.key in figures)
-    return (
-        f"{figure.title} {estimate_text(figure, figures[figure.key][ALL])}",
-        f"Mean of the classes. {figure.tip}",
+    """Return the leading figures, all classes together, and their tooltip: they stay in sight behind every panel."""
+    shown = [one for one in leading_figures() if one.key in figures]
+    texts = [f"{one.short} {estimate_text(one, figures[one.key][ALL])}" for one in shown]
+    return "  ·  ".join(texts), "\n".join(
+        ["Means of the classes.", *(f"{one.title}: {one.tip}" for one in shown)]
     )
