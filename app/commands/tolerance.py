@@ -106,7 +106,7 @@ def _profile_text(profile: ToleranceProfile) -> str:
         ),
         ("heave", f"{profile.car_heave_mm:g} mm", profile.car_heave_mm),
     )
-    said = ", ".join(f"{name} ± {text}" for name, text, size in limits if size)
+    said = ", ".join(f"{name} ±{text}" for name, text, size in limits if size)
     return f"{profile.name}: {said or 'no errors'} ({profile.source})"
 
 

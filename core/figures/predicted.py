@@ -89,7 +89,6 @@ def found_text(counted: Counted, factor: float) -> str:
 def of_100(found: Mapping[str, tuple[float, float]], region: str) -> str:
     """Say how many of 100 objects of each class in a region are found, ±, both as shares; empty without a class."""
     text = ", ".join(
-        f"{name} {100.0 * value:.0f} ± {max(100.0 * error, 1.0):.0f}"
-        for name, (value, error) in found.items()
+        f"{name} {100.0 * value:.0f} ±{max(100.0 * error, 1.0):.0f}" for name, (value, error) in found.items()
     )
     return text and f"Objects found per 100 {region}: {text}"

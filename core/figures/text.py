@@ -159,7 +159,7 @@ def precise_text(figure: Figure, value: Estimate) -> str:
     if not isinstance(figure, ObjectFigure):
         return exact_text(figure, value.value)
     calibrated = "the calibration and " if figure.calibration is not None else ""
-    sure = f" ± {in_unit(figure, SE_FACTOR * value.se):.2g}"
+    sure = f" ±{in_unit(figure, SE_FACTOR * value.se):.2g}"
     sure = f"{sure} (two standard errors of {calibrated}a sample of frames)" if value.se else ""
     return f"{in_unit(figure, value.value):.4g}{sure} {UNITS[figure.unit]}"
 
@@ -167,7 +167,7 @@ def precise_text(figure: Figure, value: Estimate) -> str:
 def _change_line(figure: Figure, change: Estimate, baseline: str) -> str:
     if change.value == 0.0:
         return f"the same as {baseline}"
-    sure = f" ± {in_unit(figure, SE_FACTOR * change.se):.2g}" if change.se else ""
+    sure = f" ±{in_unit(figure, SE_FACTOR * change.se):.2g}" if change.se else ""
     told = f"{in_unit(figure, change.value):+.3g}{sure} {change_unit(figure)} against {baseline}"
     found = verdict(figure, change)
     return f"{told}: {found}" if found else told

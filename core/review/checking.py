@@ -262,7 +262,7 @@ class Check:
         count, details, domain = sum(each.objects for each in found_in), tuple[str, ...](), ""
         if calibration is not None:
             error = float(calibration.errors[1 + CLASSES.index(one.cls)])
-            details = (f"± {100.0 * SE_FACTOR * error:.1f} %, two standard errors of the calibration",)
+            details = (f"±{100.0 * SE_FACTOR * error:.1f} %, two standard errors of the calibration",)
             domain = f" {calibration.domain.region}" if figure.in_domain else ""
         if not count:
             return missing(f"there is no {one.cls}{domain or ' there'}")

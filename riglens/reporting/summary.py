@@ -87,9 +87,9 @@ def estimate_words(figure: Figure, found: Estimate) -> str:
     """Return a figure with the digits that its error leaves, without its unit; in brackets outside its domain."""
     if not found.exists:
         return "—"
-    sure = error_text(figure, found.se).replace("±", " ± ")
+    sure = error_text(figure, found.se)
     places = decimals_of(figure, found.se) if sure else _DECIMALS.get(figure.unit, 1)
-    text = f"{in_unit(figure, found.value):,.{places}f}{sure}".replace("-", "−")
+    text = f"{in_unit(figure, found.value):,.{places}f} {sure}".rstrip().replace("-", "−")
     return f"({text})" if found.state == "outside" else text
 
 
@@ -99,8 +99,8 @@ def change_words(figure: Figure, change: Estimate) -> str:
 
 
 def _kept_together(text: str) -> str:
-    """Return text whose errors stay on the line of their figures, a space after each ±."""
-    return text.replace(" ±", f"{NO_BREAK}±{NO_BREAK}")
+    """Return text whose errors stay on the line of their figures."""
+    return text.replace(" ±", f"{NO_BREAK}±")
 
 
 def subjects(document: ReportDocument) -> list[int]:

@@ -21,7 +21,7 @@ from riglens.widgets.panels.fields.edits import NumberEdit
 from riglens.widgets.panels.inspector.field_curve import FieldCurve
 
 ENTRY = "Sweep this field"
-CHANGE = "change of {what} in pp ± {noise}, {frames} frames"
+CHANGE = "change of {what} in pp ±{noise}, {frames} frames"
 NOISE = ("2 SE", "noise floor + 2 SE")
 """Of the band before mounts off by 1 mm and 0.01° are known, and with them."""
 FIGURES = {CAMERA.name: "objects at least 25 px tall", LIDAR.name: "on target"}

@@ -167,7 +167,7 @@ def test_every_number_of_a_table_is_that_of_the_attached_figures_and_these_are_t
             figure = next(one for one in registered() if name in (one.key, one.place.split(".")[-1]))
             found = value if isinstance(value, dict) else {"value": value, "se": 0.0}
             said = estimate_words(figure, estimate_of({"state": "exact", "reason": None} | found)).strip("()")
-            assert unescape(text).strip("()") in (said, said.split(" ± ")[0]), path
+            assert unescape(text).strip("()") in (said, said.split(" ±")[0]), path
             continue
         written = [metres(value)]
         if value is not None:
@@ -738,7 +738,7 @@ def test_a_prediction_outside_its_domain_stands_in_brackets(document, figure):
     own = figures["evaluation"]["rigs"][0]["classes"]["car"]["figures"][figure]
     cell = f'<td data-from="evaluation/rigs/%d/classes/car/figures/{figure}">%s<'
     written = [rig["classes"]["car"]["figures"][figure] for rig in figures["evaluation"]["rigs"]]
-    words = [f"{100 * one['value']:.1f} ± {200 * one['se']:.1f}" for one in written]
+    words = [f"{100 * one['value']:.1f} ±{200 * one['se']:.1f}" for one in written]
     page = report_page(ReportDocument(figures, document.rigs, document.drawings))
     assert cell % (0, words[0]) in page and "within 30 m" in page, "the domain stands beside it"
     figures["targets"]["rigs"][0][f"{figure}_outside"], own["state"] = "too many rays", "outside"

@@ -268,7 +268,7 @@ def test_predicted_detection_is_that_of_the_targets_and_nothing_outside_its_doma
     assert near.finding.value == pytest.approx(wanted)
     assert calibration is not None
     error = calibration.errors[1 + CLASSES.index("car")]
-    assert whole.lines()[0].startswith(f"± {200 * error:.1f} %, two standard errors") and error > 0.0
+    assert whole.lines()[0].startswith(f"±{200 * error:.1f} %, two standard errors") and error > 0.0
     assert (whole.passes, near.passes) == (True, False), "a curve stays below 1"
     (outside,) = verdicts(
         Rig(sensors=(dense_lidar(1.9, 2, 90),)), f"predicted_detection: [{{{each}, at_least: 0}}]"

@@ -164,7 +164,7 @@ def test_objects_found_follow_recall_of_the_study_or_of_ones_own_detector() -> N
             row = parts(scores_)[name].total.found
             assert curve is not None and row.objects == chosen.sum() < len(PLACES) * 6
             assert row.value == pytest.approx(curve.at(objects.all_points[chosen].astype(float)).mean())
-            assert f"{name} {100 * row.value:.0f} ± {200 * curve.error:.0f}" in said
+            assert f"{name} {100 * row.value:.0f} ±{200 * curve.error:.0f}" in said
             (ring,) = (one.found for one in parts(scores_)[name].rings[1:2])
             assert ring.objects < row.objects
             sectors = [one.found for one in by_sector(scores_)[name].values()]

@@ -289,7 +289,7 @@ def test_the_domain_stands_with_the_share_found_and_goes_with_it(scores: ScoresP
     found = FigureCells.of(FOUND, now, now)
     for outside in ("", "too many rays"):
         scores.show_found(replace(found, outside=outside))
-        assert f"car {100 * known.value:.0f} ± {200 * known.se:.0f}" in scores.found
+        assert f"car {100 * known.value:.0f} ±{200 * known.se:.0f}" in scores.found
         assert recall.domain.region in scores.found and outside in scores.found
         assert scores._found.isEnabled() == (not outside)
         assert scores._found.isVisible() and scores.minimumSizeHint().width() < 700
