@@ -142,6 +142,12 @@ def test_real_cars_name_library_models_and_stand_as_published(
     assert loads(dumps(rig)).rig == rig and len(dumps(rig)) < 2500
 
 
+def test_the_nuscenes_car_with_radars_is_the_nuscenes_car_and_radars() -> None:
+    car, whole = preset("nuScenes car"), preset("nuScenes car with radars")
+    assert whole.vehicle == car.vehicle
+    assert tuple(sensor for sensor in whole.sensors if sensor.kind != "radar") == car.sensors
+
+
 def test_a_folder_called_after_a_data_set_is_no_preset() -> None:
     assert [find_preset(name) for name in ("nuscenes", "kitti", "pandaset", "argoverse2", "waymo")] == [
         None
