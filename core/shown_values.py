@@ -17,9 +17,9 @@ def decimals(largest_nat: float) -> int:
 
 
 def thousands(value_nat: float, digits: int) -> str:
-    """Return nats as 10³ nat; a zero has no sign."""
+    """Return nats as 10³ nat, with a true minus sign; a zero has none."""
     text = f"{value_nat / 1e3:,.{digits}f}"
-    return text.lstrip("-") if float(text.replace(",", "")) == 0.0 else text
+    return text.replace("-", "" if float(text.replace(",", "")) == 0.0 else "\u2212")
 
 
 def percent(share: float) -> str:

@@ -46,9 +46,9 @@ def table1(tmp_path_factory):
 def test_published_figures_stand_beside_ours_in_the_three_blocks_of_the_paper(table1):
     out, rows, _ = table1
     for title, first_rig in {
-        "Camera S-MIG": ["-73.08", "-14.15", "-13.13"],
-        "LiDAR S-MIG": ["-6.45", "-1.07", "-1.08"],
-        "S-MS": ["-13.75", "-2.48", "-2.39"],
+        "Camera S-MIG": ["−73.08", "−14.15", "−13.13"],
+        "LiDAR S-MIG": ["−6.45", "−1.07", "−1.08"],
+        "S-MS": ["−13.75", "−2.48", "−2.39"],
     }.items():
         block = rows_after(out, title)
         assert [row[0] for row in block] == PAPER_RIGS
