@@ -21,10 +21,9 @@ SHORTEST_RADIUS = 80.0
 """Voxels: where rays drift apart so soon, walking them is quicker."""
 WORTH = 0.38
 """Voxels: where the rays of a beam are farther apart, and no core is, walking them is quicker than its sheet."""
-FEWEST_RAYS = 50_000
-"""Of fewer rays, walking takes 0.9 to 1.5 times as long as sheets for the tilted LiDARs of the library, and the kernels
-of sheets, 10 s of compiling, are not needed. Of more, it takes 1.2 to 5 times as long, for 36 of 44 models at
-least 1.5 times; the others are not those with the fewest rays."""
+FEWEST_RAYS = 100_000
+"""Of more rays, walking takes 1.3 to 4 times as long as sheets for tilted LiDARs of the library, for 23 of 27 models at
+least 1.5 times; of fewer, 0.97 to 1.48 times, but for one of 37 models (1.6). Their kernels are 10 s of compiling."""
 FEWEST_AZIMUTHS = 400
 """A sector of fewer azimuths is walked sooner: much of its tiles lies outside of it."""
 WIDEST_OFFSET = 0.5
