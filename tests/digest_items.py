@@ -117,7 +117,7 @@ OTHERS = {
         f"report --verify r.html {BOX}",
         "town": "report 'nuScenes car' --voxel 0.4 --draws 0 --out r.html",
         "van": f"report ../in/van.yaml Wide {BOX} --voxel 0.5 --draws 4 --seed 3 --out r.html",
-        "mesh": f"report ../in/mesh.yaml {BOX} --requirements ../in/hard.yaml --voxel 0.5 --draws 0 --out r.html",
+        "mesh": f"report ../in/mesh.yaml {BOX} --requirements ../in/hard.yaml --voxel 0.25 --draws 0 --out r.html",
     },
     "optimise": {
         "front": f"optimise Center {BOX} {FEW} --blind 0.3 --json -",

@@ -108,6 +108,9 @@ def test_window_terminal_python_json_and_sweeps_show_the_same(name: str, evaluat
     found = evaluator(rig)
     assert found.objects is not None
     document = json.loads(json.dumps(evaluation_document(FIELD, PAPER_SETTINGS, [found])))
+    figures = [one["figures"] for one in document["rigs"][0]["classes"].values()]
+    lacking = [one for every in figures for one in every.values() if one["value"] is None]
+    assert not any(one["se"] for one in lacking), "an error of a value that there is not"
     result = RigResult(FIELD, FIELD, found)
     row = Sweeper(SweepFigures(PAPER_SETTINGS, USUAL, None), rig, FIELD, TRAFFIC, threads=1).row(rig)
     table, *_ = leading_table([found])

@@ -127,9 +127,7 @@ class ObjectFigure(Figure):
                 estimate = Estimate(value, whole, state, outside, se, number, parts, moved)
                 if not number or lack:
                     reason = lack or absence(who)
-                    estimate = replace(
-                        estimate, state="none", reason=reason, se=0.0 if not number else whole, parts={}
-                    )
+                    estimate = replace(estimate, state="none", reason=reason, se=0.0, parts={})
                 cells.append(estimate)
             found[who] = cells
         return found
