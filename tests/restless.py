@@ -333,9 +333,9 @@ class Slowest:
 
 
 def settle(window: MainWindow) -> None:
-    """Wait until figures are exact, or for LONGEST_S."""
-    until = time.monotonic() + LONGEST_S
-    while not window.is_exact and time.monotonic() < until:
+    """Wait until figures are exact and objects are counted, or for LONGEST_S."""
+    until, counter = time.monotonic() + LONGEST_S, window.bench.counter
+    while not (window.is_exact and counter.wait_until_idle(0.0)) and time.monotonic() < until:
         QTest.qWait(1)  # which sleeps with Python's lock held: the workers run between
 
 

@@ -91,14 +91,6 @@ def test_native_rays_look_through_every_pixel() -> None:
     assert directions[:, 1] / directions[:, 0] == pytest.approx([1.0, 0.0, -1.0])
 
 
-def test_of_an_image_of_too_many_pixels_every_second_each_way_has_a_ray() -> None:
-    sizes = [(8192, 4096), (4096, 2048), (4097, 2048)]
-    found = [
-        Camera(name="c", position=(0.0, 0.0, 1.0), hfov_deg=60.0, image=size).resolution for size in sizes
-    ]
-    assert found == [(4096, 2048), (4096, 2048), (2048, 1024)]
-
-
 def test_positive_pitch_looks_down_and_positive_yaw_to_the_left() -> None:
     assert sensor_rays(lidar(rpy_deg=(0, 30, 0))).directions[0] == pytest.approx([math.sqrt(0.75), 0.0, -0.5])
     assert sensor_rays(lidar(rpy_deg=(0, 0, 30))).directions[0] == pytest.approx([math.sqrt(0.75), 0.5, 0.0])
