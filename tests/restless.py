@@ -299,13 +299,16 @@ class Slowest:
         while True:
             time.sleep(LOOK_S)
             if time.monotonic() - self._began_s > SLOW_S:
-                frame = sys._current_frames().get(self._interface)
-                inner = list[str]()
-                while frame is not None and len(inner) < 4:
-                    if place := function_of(frame.f_code):
-                        inner.append(f"{place}:{frame.f_lineno}")
-                    frame = frame.f_back
-                self._places[" < ".join(inner) or "events"] += 1
+                self._places[self._place()] += 1
+
+    def _place(self) -> str:
+        """Return where the interface is; no frame outlives this call, with a painter that its widget has done with."""
+        frame, inner = sys._current_frames().get(self._interface), list[str]()
+        while frame is not None and len(inner) < 4:
+            if place := function_of(frame.f_code):
+                inner.append(f"{place}:{frame.f_lineno}")
+            frame = frame.f_back
+        return " < ".join(inner) or "events"
 
     def begin(self) -> None:
         """Begin an action."""
