@@ -108,8 +108,12 @@ class OpenRig(QObject):
     @property
     def fixed(self) -> frozenset[str]:
         """Return the names of the sensors that cannot be moved: locked ones, and those whose mirror image is locked."""
-        names = self._names()
-        return frozenset(name for name in names if {name, partner_of(self.rig, name)} & self.locked)
+        rig, locked = self.rig, self.locked
+        if not locked:
+            return locked
+        return frozenset(
+            one.name for one in rig.sensors if one.name in locked or partner_of(rig, one.name) in locked
+        )
 
     @property
     def is_free(self) -> bool:

@@ -156,17 +156,19 @@ class Sensors(Feature):
         chosen = document.chosen
         for key in SELECTED_ONLY:
             actions.allow(key, "" if chosen else NONE_SELECTED)
+        hold = hold_of(document)
         for key in FREE_ONLY:
-            actions.allow(key, hold_of(document))
+            actions.allow(key, hold)
         actions.allow("select_all", "" if document.rig.sensors else "The rig has no sensors.")
-        actions.allow("rename", hold_of(document) or ("" if len(chosen) == 1 else ONE_ONLY))
+        actions.allow("rename", hold or ("" if len(chosen) == 1 else ONE_ONLY))
         all_hidden = bool(chosen) and document.hidden.issuperset(chosen)
         actions["hide"].setIcon(icon("eye-off" if all_hidden else "eye"))
 
 
 def hold_of(document: Document) -> str:
     """Return why the selected sensors cannot be moved or removed, one sentence; empty if they can."""
-    locked = [name for name in document.chosen if name in document.fixed]
+    fixed = document.fixed
+    locked = [name for name in document.chosen if name in fixed]
     if locked:
         name = visible(locked[0])
         which = name if locked[0] in document.locked else f"The mirror image of {name}"
