@@ -2,7 +2,7 @@
 
 Random actions, mouse and key events over menus, docks, fields, lists, dialogs and the 3D view, from a seed. Memory is
 written down every EVERY actions. The code is 1 where something failed unexpectedly, or where memory is not `is_steady`.
-`--rig "60 sensors" --minutes 60` stays with one large rig for an hour; the slowest actions are told in the end.
+`--rig "60 sensors" --minutes 60` keeps one large rig open for an hour. The slowest actions are printed at the end.
 """
 
 from __future__ import annotations
@@ -56,17 +56,18 @@ from tests.calls import function_of
 
 EVERY = 100
 LIMIT_MB, LARGE_MB, GROWTH = 1400, 2600, 1.05
-"""What the window may hold in the end, with a large rig, and how much more in the last quarter than in the one before,
-in the mean."""
+"""Most memory at the end, also with a large rig, and the largest ratio of the mean of the last quarter to that of the
+one before."""
 LONGEST_S = 30.0
 """The most that figures are waited for before memory is written down."""
 LEFT, ENABLED = Qt.MouseButton.LeftButton, Qt.ItemFlag.ItemIsEnabled
 SHUNNED = {"quit", "report", "open", "save_as"}
 """Actions that end the window, or occupy the computer for half a minute; files are opened and saved by others."""
 LARGE, FEWEST_SENSORS = "60 sensors", 50
-"""A rig that is opened again in place of others, and where so few sensors are left."""
+"""A rig that is opened in place of presets, and again when it has fewer sensors than this."""
 SLOW_S, LOOK_S, TOLD = 0.3, 0.05, 20
-"""From when on and how often it is looked where the interface is, and how many actions are told."""
+"""Time after which an action is slow, interval between samples of what the interface does, and number of actions that
+are printed."""
 KEYS = ("W", "E", "L", "O", "S", "R", "H", "C", "P", "F", "V", "M", "G", "T", "Q", "A", "1", "3", "7", "Ctrl+Z",
     "Ctrl+Y", "Ctrl+D", "Ctrl+C", "Ctrl+V", "Esc", "Tab", "Space", "Del")  # fmt: skip
 EDGES_M = ("0.2", "0.25", "0.4", "auto")
@@ -114,7 +115,7 @@ class Restless:
         self._window, self._chance, self._large = window, random.Random(seed), large
         self._shunned = SHUNNED | ({"new"} if large else set())
         self.pause_ms = 0
-        """Of the last action, which is not its own."""
+        """Pause after the last action, which is not part of it."""
         self._ways: dict[Callable[[], object], int] = {
             self._choose_action: 25, self._use_widget: 30, self._bring_up: 8, self._drop_dock: 1, self._move_sensor: 12,
             self._select: 8, self._use_mouse: 10, self._press_key: 6, self._open_preset: 1, self._undo: 3,
