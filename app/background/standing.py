@@ -1,5 +1,4 @@
-"""Compute in a thread, with serial kernels, how sensors are mounted, which rays of one of them the body stops, and the
-footprints that it leaves."""
+"""Compute in a thread, with serial kernels, how sensors are mounted, and which rays of one of them the body stops."""
 
 from __future__ import annotations
 
@@ -10,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from riglens.app.background.worker import Context
-from riglens.core.footprint.ground import EN_62676_4, FOOTPRINTS
 from riglens.core.geometry import Vec3
 from riglens.core.rig.model import Sensor, Vehicle
 from riglens.core.sensing.rays import sensor_rays
@@ -25,15 +23,12 @@ NONE_M = np.zeros((0, 3), np.float32)
 @dataclass(frozen=True)
 class MountStatusRequest:
     """Request for the mounts of sensors on a body, by name and position, metres, and for the stopped rays of one
-    sensor, if any; at the body, or at the housings of `obstacles`; `footprints_of` are sensors whose footprints will be
-    drawn with the answer, of cameras with bands of `px_per_m`."""
+    sensor, if any; at the body, or at the housings of `obstacles`."""
 
     vehicle: Vehicle
     places_m: tuple[tuple[str, Vec3], ...]
     stopped_of: Sensor | None = None
     obstacles: tuple[Sensor, ...] = ()
-    footprints_of: tuple[Sensor, ...] = ()
-    px_per_m: tuple[float, ...] = EN_62676_4
 
 
 MountStatusAnswer = tuple[Mapping[str, MountStatus], NDArray[np.float32]]
@@ -71,8 +66,4 @@ class MountStatuses:
             context.stop_if_closing()
             known[place_m] = self._known.get(place_m) or mount_status(place_m, solid)
         self._known = known
-        hiding = with_housings(solid, request.obstacles)
-        for sensor in request.footprints_of:
-            context.stop_if_closing()
-            FOOTPRINTS.found(sensor, request.px_per_m, hiding)
         return {name: known[place_m] for name, place_m in request.places_m}, stopped_rays(request)

@@ -20,6 +20,7 @@ from riglens.app.window.features.edits import Clipboard, Edits, Mirror
 from riglens.app.window.features.failing import Failing
 from riglens.app.window.features.files import Exchange, Files, Recent
 from riglens.app.window.features.follow import Follow
+from riglens.app.window.features.footprints import Footprints
 from riglens.app.window.features.frame import FrameView
 from riglens.app.window.features.gain_on_car import GainOnCar
 from riglens.app.window.features.heat import Heat, RaysShown
@@ -103,6 +104,7 @@ class Features:
         self.sensor_view = SensorView(bench, self.frame)
         self.target_maps = TargetMaps(bench, self.heat, self.targets, self.map)
         self.standing = Standing(bench)
+        self.footprints = Footprints(bench)
         self.audit = Audit(bench)
         self.compare = Compare(bench, self.files, self.exchange, self.targets)
         self.propose = Propose(bench, self.compare)

@@ -8,6 +8,8 @@ along bearings from the point below the sensor; where a band begins and ends the
 from __future__ import annotations
 
 import math
+import threading
+from collections import OrderedDict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -18,6 +20,7 @@ from numpy.typing import NDArray
 
 from riglens.core.errors import InputError
 from riglens.core.footprint.detail import in_image, px_per_deg, px_per_m
+from riglens.core.rig.model import MAX_SENSORS
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.sensors.base import Sensor, rays_of
 from riglens.core.sensors.camera import Camera, pixel_directions
@@ -34,7 +37,8 @@ EN_62676_4 = (250.0, 125.0, 63.0, 25.0)
 MOST_BANDS, LEAST_LIMIT, MOST_LIMIT = 8, 0.1, 1e5
 _NEAR_M = 0.05
 _HALVINGS = 14
-_MOST_KEPT = 256
+STEP_DEG = 2.0
+_MOST_KEPT = MAX_SENSORS + 1
 _ROOM_RAD = 1e-6
 """Far more than all rounding of directions."""
 _HEIGHTS = 5
@@ -107,7 +111,7 @@ def footprint(
     sensor: Sensor,
     limits: Sequence[float] = EN_62676_4,
     solid: Solid | None = None,
-    step_deg: float = 2.0,
+    step_deg: float = STEP_DEG,
 ) -> Footprint:
     """Return the footprint of a sensor on the ground, without what a solid body hides.
 
@@ -144,10 +148,15 @@ def footprint(
 
 
 class KeptFootprints:
-    """Footprints by what decides them; for all threads."""
+    """Footprints by what decides them, the latest of them kept; for all threads.
 
-    def __init__(self) -> None:
-        self._known: dict[tuple[object, ...], Footprint] = {}
+    step_deg: largest angle between the bearings along which bent outlines are followed.
+    """
+
+    def __init__(self, step_deg: float = STEP_DEG) -> None:
+        self._step_deg = step_deg
+        self._known = OrderedDict[tuple[object, ...], Footprint]()
+        self._lock = threading.Lock()
 
     def known(self, sensor: Sensor, limits: tuple[float, ...], solid: Solid | None) -> Footprint | None:
         """Return a footprint that was found before."""
@@ -156,13 +165,13 @@ class KeptFootprints:
     def found(self, sensor: Sensor, limits: tuple[float, ...], solid: Solid | None) -> Footprint:
         """Return the footprint of a sensor with such limits of cameras, without what a solid body hides."""
         key = self._key(sensor, limits, solid)
-        known = self._known.get(key)
-        if known is None:
-            known = footprint(sensor, limits, solid)
-            if len(self._known) >= _MOST_KEPT:
-                self._known.clear()
-            self._known[key] = known
-        return known
+        found = self._known.get(key) or footprint(sensor, limits, solid, self._step_deg)
+        with self._lock:
+            self._known[key] = found
+            self._known.move_to_end(key)  # those of a whole rig that were asked for last are all kept
+            if len(self._known) > _MOST_KEPT:
+                self._known.popitem(last=False)
+        return found
 
     @staticmethod
     def _key(sensor: Sensor, limits: tuple[float, ...], solid: Solid | None) -> tuple[object, ...]:

@@ -91,6 +91,7 @@ class FakeViewport(View):
         self.states = [SceneState()]
         self.told: list[tuple[Any, ...]] = []
         self.dragged: str | None = None
+        self.footprint_updates = 0
         QTimer.singleShot(0, self, self.shown.emit)
 
     @property
@@ -99,6 +100,11 @@ class FakeViewport(View):
 
     def show_state(self, state: SceneState) -> None:
         self.states.append(state)
+        if self.dragged is None:
+            self.footprints_lacking.emit()
+
+    def update_footprints(self) -> None:
+        self.footprint_updates += 1
 
     def values(self, *names: str) -> list[tuple[Any, ...]]:
         """What was shown of some fields of the state, one after the other; what did not change counts once."""

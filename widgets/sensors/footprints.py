@@ -1,14 +1,13 @@
 """Footprints on the ground: bands of pixels per metre of cameras, of classes reached by radars and ultrasonic sensors.
 
-The selected sensor's are strongest. While something moves those of a bent lens or a radar are coarser and ignore the
-car's body, and the fills of the others are haze: those of 60 sensors lie over each other on all the ground, which took
-most of a frame without a graphics card.
+The selected sensor's are strongest. While something moves, and in the window until a thread has found them, those of a
+bent lens or a radar are coarser and ignore the car's body. In motion the fills of the others are haze: those of 60
+sensors lie over each other on all the ground, which took most of a frame without a graphics card.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from functools import lru_cache
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +15,7 @@ import pyvista as pv
 from numpy.typing import NDArray
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
-from riglens.core.footprint.ground import FOOTPRINTS, Footprint, footprint, has_footprint
+from riglens.core.footprint.ground import FOOTPRINTS, Footprint, KeptFootprints, has_footprint
 from riglens.core.rig.model import Camera, Sensor
 from riglens.core.vehicle.solid import Solid
 from riglens.widgets.drawing.actors import hidden, rgba_actor, show_mesh
@@ -31,8 +30,9 @@ _PLAIN = 0.22
 """Opacity of radars and ultrasonic sensors that are not selected: one tint for all classes, and no edges."""
 _EDGES = (0.34, 0.95)
 _WIDTHS_PX = (1.1, 2.0)
-_QUICK_DEG = 4.0
-_MOST_KEPT = 256
+_MOST_QUICK = 16
+"""Number of coarse footprints that are found for one picture, each in 5 to 7 ms: a rig has 60 at most."""
+_QUICK = KeptFootprints(step_deg=4.0)
 
 
 class Tint(NamedTuple):
@@ -54,7 +54,9 @@ def tints(sensor: Sensor, palette: Palette, count: int) -> list[Tint]:
 class FootprintsLayer:
     """Fills and edges of all footprints: those of the selected sensor in actors of their own, since they move."""
 
-    def __init__(self, renderer: vtkRenderer, haze: vtkRenderer) -> None:
+    def __init__(self, renderer: vtkRenderer, haze: vtkRenderer, waits: bool = False) -> None:
+        """Start empty; one that `waits` finds no exact footprints: they are found elsewhere."""
+        self._waits, self._lacking = waits, [False, False]
         self._fills = [hidden(renderer, rgba_actor(pv.PolyData(), "rgba")) for _ in range(2)]
         self._edges = [hidden(renderer, rgba_actor(pv.PolyData(), "rgba")) for _ in range(2)]
         self._hazy = hidden(haze, rgba_actor(pv.PolyData(), "rgba"))
@@ -82,9 +84,8 @@ class FootprintsLayer:
         """Show the footprints of the selected sensor, or those of all others; cameras with bands of these limits."""
         share = 1.0 if is_selected else _OTHERS if is_any_selected else _ALONE
         edge = _EDGES[is_selected or not is_any_selected]
-        found = [self._found(sensor, limits, solid, quick) for sensor in sensors if has_footprint(sensor)]
         fills, edges = [], []
-        for one in found:
+        for one in self._found(list(filter(has_footprint, sensors)), is_selected, limits, solid, quick):
             is_plain = not is_selected and not isinstance(one.sensor, Camera)
             for band, tint in zip(one.bands, tints(one.sensor, palette, len(one.bands)), strict=True):
                 opacity = _PLAIN if is_plain else tint.opacity
@@ -98,17 +99,37 @@ class FootprintsLayer:
         show_mesh(self._fills[is_selected], None if quick and not is_selected else filled)
         show_mesh(self._edges[is_selected], _mesh(edges, _EDGE_M, _outline))
 
-    @staticmethod
-    def _found(sensor: Sensor, limits: tuple[float, ...], solid: Solid | None, quick: bool) -> Footprint:
-        if quick:
-            return FOOTPRINTS.known(sensor, limits, solid) or quick_footprint(sensor, limits)
-        return FOOTPRINTS.found(sensor, limits, solid)
+    @property
+    def lacks_any(self) -> bool:
+        """Return whether a footprint is coarse or left out."""
+        return any(self._lacking)
+
+    def _found(
+        self,
+        sensors: list[Sensor],
+        is_selected: bool,
+        limits: tuple[float, ...],
+        solid: Solid | None,
+        quick: bool,
+    ) -> Iterator[Footprint]:
+        """Yield footprints; coarse ones in place of those that are not known, and no more than a few new ones."""
+        self._lacking[is_selected], left = False, _MOST_QUICK
+        for sensor in sensors:
+            if not (quick or self._waits):
+                yield FOOTPRINTS.found(sensor, limits, solid)
+            elif known := FOOTPRINTS.known(sensor, limits, solid):
+                yield known
+            else:
+                self._lacking[is_selected] = True
+                if not (coarse := _QUICK.known(sensor, limits, None)) and left:
+                    left, coarse = left - 1, quick_footprint(sensor, limits)
+                if coarse:
+                    yield coarse
 
 
-@lru_cache(maxsize=_MOST_KEPT)
 def quick_footprint(sensor: Sensor, limits: tuple[float, ...]) -> Footprint:
     """Return a footprint without the car's body, and coarser where it is bent: that of a pinhole camera is exact."""
-    return footprint(sensor, limits, step_deg=_QUICK_DEG)
+    return _QUICK.found(sensor, limits, None)
 
 
 _Part = tuple[Points, str, float]

@@ -70,7 +70,10 @@ _FAR_M = 300.0
 
 
 class DrawnScene:
-    """A scene on a plotter; `pixel_ratio` scales lines, letters and handles for dense or large pictures."""
+    """A scene on a plotter; `pixel_ratio` scales lines, letters and handles for dense or large pictures.
+
+    One that `awaits_footprints` draws coarse ones until others have found them, and called `update_footprints`.
+    """
 
     def __init__(
         self,
@@ -78,6 +81,7 @@ class DrawnScene:
         palette: Palette = DARK,
         pixel_ratio: float = 1.0,
         clock: Clock = perf_counter,
+        awaits_footprints: bool = False,
     ) -> None:
         self._pixel_ratio = pixel_ratio
         self._state = SceneState(palette=palette)
@@ -91,7 +95,7 @@ class DrawnScene:
         self._ground_map, self._post = GroundMapLayer(stage.main), PostLayer(stage.main)
         self._skin_gain = GainLayer(stage.main)
         # footprints lie below the drape, in this order
-        self._rig = RigLayer(stage.main, stage.rays, stage.haze)
+        self._rig = RigLayer(stage.main, stage.rays, stage.haze, awaits_footprints)
         self._drape = DrapeLayer(stage.main)
         self._standing = Standing(stage, clock, (self._ground_map.prop,), (self._drape.prop,))
         self._body = BodyLayer(stage.main, stage.backdrop)
@@ -253,6 +257,18 @@ class DrawnScene:
             self._standing.forget()
             self._body.set_quick(quick)
             self._rig.show_fans(self._state, self._quick)
+
+    @property
+    def lacks_footprints(self) -> bool:
+        """Return whether a footprint is coarse or left out."""
+        return self._rig.lacks_footprints
+
+    def update_footprints(self) -> bool:
+        """Show footprints that have been found meanwhile; return whether any was lacking."""
+        lacked = self.lacks_footprints
+        if lacked:
+            self._rig.show_fans(self._state, self._quick)
+        return lacked
 
     @property
     def is_quick(self) -> bool:

@@ -78,6 +78,11 @@ class CameraInset(QWidget):
                 self._soon.start()
             self.show()
 
+    def update_footprints(self) -> None:
+        """Show footprints that have been found meanwhile, soon."""
+        if self._scene is not None and self._scene.update_footprints() and not self._soon.isActive():
+            self._soon.start()
+
     def _place(self, seen: SceneState) -> bool:
         """Take the upper left corner of the view; return whether there is room."""
         view, camera = self.parentWidget(), seen.selected_sensor
@@ -107,7 +112,7 @@ class CameraInset(QWidget):
         if self._plotter is None or self._scene is None:
             self._plotter = pv.Plotter(off_screen=True, window_size=list(bend.size), lighting="none")
             render_window(self._plotter).SetMultiSamples(0)
-            self._scene = DrawnScene(self._plotter, seen.palette, ratio)
+            self._scene = DrawnScene(self._plotter, seen.palette, ratio, awaits_footprints=True)
         window = render_window(self._plotter)
         window.SetSize(*bend.size)
         self._scene.set_pixel_ratio(ratio)

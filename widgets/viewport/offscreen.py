@@ -76,7 +76,8 @@ class OffscreenViewport(ViewportBase):
         self._haze: Generator[None, None, bool] | None = None
         self._gives_way = False
         self._haze_soon = timers(self, 0, self._draw_haze)
-        self._start(self._picture, DrawnScene(self._plotter, palette, self.devicePixelRatioF()))
+        scene = DrawnScene(self._plotter, palette, self.devicePixelRatioF(), awaits_footprints=True)
+        self._start(self._picture, scene)
 
     @property
     def image(self) -> QImage:

@@ -30,8 +30,10 @@ _LINK_PX = 1.5
 class RigLayer:
     """Bodies and fans of all sensors that are not hidden; the selected one has the dense fan."""
 
-    def __init__(self, renderer: vtkRenderer, rays: vtkRenderer, haze: vtkRenderer) -> None:
-        self._footprints = FootprintsLayer(renderer, haze)
+    def __init__(
+        self, renderer: vtkRenderer, rays: vtkRenderer, haze: vtkRenderer, awaits_footprints: bool
+    ) -> None:
+        self._footprints = FootprintsLayer(renderer, haze, awaits_footprints)
         self._sensors, self._fills, self._rays = SensorLayer(renderer), FillsLayer(rays), RaysLayer(rays)
         self._ghosts, self._placed = SensorLayer(renderer), SensorLayer(renderer)
         self._links = hidden(renderer, plain_actor(pv.PolyData(), color=LINKED_COLOUR, lighting=False))
@@ -83,6 +85,11 @@ class RigLayer:
         self._rays.show(chosen if look.shown else (), True, grid, palette, strokes, solid, look.lattice)
         self._fills.show(chosen if is_frusta else (), True, grid, palette)
         self._footprints.show(chosen if is_ground else (), True, True, palette, look.px_per_m, solid, quick)
+
+    @property
+    def lacks_footprints(self) -> bool:
+        """Return whether a footprint is coarse or left out."""
+        return self._footprints.lacks_any
 
     @property
     def haze(self) -> object:

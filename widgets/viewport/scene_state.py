@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, fields, replace
 
+from riglens.core.footprint.ground import has_footprint
 from riglens.core.geometry import Pose, Vec3
 from riglens.core.rig.groups import Poses, centre_m
 from riglens.core.rig.model import Rig, Sensor, Vehicle
@@ -120,6 +121,11 @@ class SceneState:
     def shows_footprints(self) -> bool:
         """Return whether footprints are drawn: not on a map of the ground."""
         return self.ray_look.fill == "ground" and self.ground_map is None
+
+    @property
+    def footprints_of(self) -> tuple[Sensor, ...]:
+        """The sensors whose footprints are drawn."""
+        return tuple(filter(has_footprint, self.enabled)) if self.shows_footprints else ()
 
     @property
     def shown(self) -> list[Sensor]:

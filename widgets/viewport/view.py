@@ -59,6 +59,8 @@ class View(QWidget):
     """Escape was pressed in the view while nothing was being dragged."""
     drawn = Signal()
     """A frame was drawn."""
+    footprints_lacking = Signal()
+    """Some footprints in a frame at rest are coarse or left out: request for `update_footprints`."""
     shown = Signal()
     """A picture is on the screen."""
 
@@ -70,6 +72,10 @@ class View(QWidget):
     @abstractmethod
     def show_state(self, state: SceneState) -> None:
         """Show a state; only differences from the current one are updated, and drawn soon."""
+
+    @abstractmethod
+    def update_footprints(self) -> None:
+        """Show footprints that have been found since the state was shown."""
 
     @property
     @abstractmethod

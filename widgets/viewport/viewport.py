@@ -41,7 +41,7 @@ class Viewport(ViewportBase):
         self._plotter = _OpenGLCanvas(self, auto_update=False, multi_samples=0, lighting="none")
         self._plotter.setAcceptDrops(False)
         self._plotter.frameSwapped.connect(self.shown, Qt.ConnectionType.QueuedConnection)
-        scene = DrawnScene(self._plotter, palette, self.devicePixelRatioF())
+        scene = DrawnScene(self._plotter, palette, self.devicePixelRatioF(), awaits_footprints=True)
         self._start(self._plotter, scene)
         window = render_window(self._plotter)
         self._letters = window.AddObserver(vtkCommand.StartEvent, lambda *_: self._count_in_pixels())

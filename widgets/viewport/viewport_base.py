@@ -78,6 +78,11 @@ class ViewportBase(View):
         self._follow_inset()
         self.request_render()
 
+    def update_footprints(self) -> None:
+        if self._scene.update_footprints():
+            self.request_render()
+        self._inset.update_footprints()
+
     @property
     def picture_size(self) -> tuple[int, int]:
         return self._canvas.width(), self._canvas.height()
@@ -233,7 +238,7 @@ class ViewportBase(View):
         if not self._closed:
             self._adapt(smooth=False)
             self._draw()
-            self.drawn.emit()
+            self._emit_drawn()
 
     def _draw_rested(self) -> Parts:
         """Draw one more frame when nothing has changed for a while, of everything and with smooth edges."""
@@ -245,7 +250,12 @@ class ViewportBase(View):
         self._scene.set_quick(False)
         self._adapt(smooth=True)
         yield from self._draw_whole()
+        self._emit_drawn()
+
+    def _emit_drawn(self) -> None:
         self.drawn.emit()
+        if self._scene.lacks_footprints and not self._scene.is_quick:
+            self.footprints_lacking.emit()
 
     def _held_still(self) -> None:
         """Handle a mouse that holds something but has not moved for a while."""

@@ -14,8 +14,7 @@ from riglens.app.background.standing import MountStatusAnswer, MountStatuses, Mo
 from riglens.app.background.worker import BackgroundWorker
 from riglens.app.window.feature import Feature
 from riglens.app.window.workbench import Workbench
-from riglens.core.footprint.ground import has_footprint
-from riglens.core.rig.model import Rig, Sensor, Vehicle
+from riglens.core.rig.model import Sensor, Vehicle
 from riglens.core.vehicle.standing import MountStatus
 from riglens.widgets.viewport.masts import Stubs, masts_of
 
@@ -52,10 +51,7 @@ class Standing(Feature):
             self._end_rays(None)
             return
         places_m = tuple((sensor.name, sensor.position) for sensor in rig.sensors)
-        request = MountStatusRequest(
-            rig.vehicle, places_m, self._stopped_of(), rig.obstacles, self._footprints_of(rig),
-            self.viewport.state.ray_look.px_per_m,
-        )  # fmt: skip
+        request = MountStatusRequest(rig.vehicle, places_m, self._stopped_of(), rig.obstacles)
         if self._answered is not None:
             self._end_rays(self._answered)
         if request != self._asked:
@@ -74,15 +70,6 @@ class Standing(Feature):
         found = self.document.selected_sensor()
         works = found is not None and found.enabled and found.name not in self.document.failed
         return found if works else None
-
-    def _footprints_of(self, rig: Rig) -> tuple[Sensor, ...]:
-        """Return the sensors whose footprints the solid car cuts in the view, at rest."""
-        state = self.viewport.state
-        if self.session.body != "blocks" or self.document.is_dragging or not state.shows_footprints:
-            return ()
-        unseen = state.hidden | state.failed
-        shown = [sensor for sensor in rig.sensors if sensor.enabled and sensor.name not in unseen]
-        return tuple(sensor for sensor in shown if has_footprint(sensor))
 
     def _take(self, request: MountStatusRequest, answer: MountStatusAnswer) -> None:
         """Show a result; also one for an earlier pose, until the next arrives."""

@@ -13,13 +13,11 @@ from riglens.app.background.standing import MountStatuses, MountStatusRequest, s
 from riglens.app.background.worker import BackgroundWorker
 from riglens.app.window.features.follow import Follow
 from riglens.app.window.features.standing import Standing, shared_places
-from riglens.core.footprint.ground import FOOTPRINTS, footprint
 from riglens.core.geometry import Pose
 from riglens.core.kernels.runtime.codes import BODY
 from riglens.core.rig.model import Rig
 from riglens.core.sensing.body_ends import barrier_of
 from riglens.core.sensing.rays import sensor_rays
-from riglens.core.vehicle.housings import with_housings
 from riglens.core.vehicle.solid import solid_of
 from riglens.core.vehicle.standing import mount_status
 from riglens.core.view.frames import FrameBoxes
@@ -222,22 +220,3 @@ def test_two_sensors_in_one_place_are_marked_until_they_part(desk: Desk, standin
         desk.document.undo()
     settle(standing)
     assert not any("same place" in text for text in marked(desk).values())
-
-
-def test_footprints_that_the_body_cuts_are_found_before_the_view_draws_them(
-    desk: Desk, standing: Standing
-) -> None:
-    start(desk, standing)
-    rig, limits = desk.document.rig, desk.viewport.state.ray_look.px_per_m
-    camera, solid = rig.sensor("front"), with_housings(solid_of(rig.vehicle), rig.obstacles)
-    known = FOOTPRINTS.known(camera, limits, solid)
-    assert known is not None and desk.viewport.state.solid_body == rig.vehicle
-    assert known.area_m2 == footprint(camera, limits, solid).area_m2
-    desk.viewport.press("front")
-    desk.viewport.drag_to("front", Pose((1.0, 0.1, 1.41), camera.rpy_deg))
-    settle(standing)
-    moved = desk.document.rig.sensor("front")
-    assert moved.position == (1.0, 0.1, 1.41) and FOOTPRINTS.known(moved, limits, solid) is None
-    desk.viewport.release("front")
-    settle(standing)
-    assert FOOTPRINTS.known(moved, limits, solid) is not None

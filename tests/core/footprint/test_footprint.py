@@ -11,7 +11,7 @@ import pytest
 from riglens.core.errors import InputError
 from riglens.core.footprint import ground
 from riglens.core.footprint.detail import focal_mm, pixels_on, px_per_deg, px_per_m
-from riglens.core.footprint.ground import EN_62676_4, Band, Footprint, footprint
+from riglens.core.footprint.ground import EN_62676_4, Band, Footprint, KeptFootprints, footprint
 from riglens.core.footprint.overlap import bearings, overlaps
 from riglens.core.rig.library import default_library
 from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt, Lidar, LinearAngles, Vehicle
@@ -320,3 +320,24 @@ def test_bearings_run_from_right_to_left_across_the_rear() -> None:
 def test_the_area_of_a_band_is_that_of_its_outlines() -> None:
     square = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 3.0], [0.0, 3.0]])
     assert Band("x", 1.0, (square, square + 10.0)).area_m2 == pytest.approx(12.0)
+
+
+def test_footprints_that_were_asked_for_last_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("riglens.core.footprint.ground._MOST_KEPT", 2)
+    kept, (a, b, c) = KeptFootprints(), (turned("x", yaw) for yaw in (0.0, 10.0, 20.0))
+    limits = (50.0,)
+    assert kept.known(a, limits, None) is None
+    first = kept.found(a, limits, None)
+    for camera in (b, a, c):
+        kept.found(camera, limits, None)
+    assert [kept.known(camera, limits, None) is not None for camera in (a, b, c)] == [True, False, True]
+    assert kept.known(a.replace(name="y"), limits, None) is first, "names decide nothing"
+    assert kept.known(a, (60.0,), None) is None
+
+
+def test_coarse_footprints_follow_fewer_bearings() -> None:
+    bent = LEVEL.replace(range_m=(0.0, 30.0))
+    coarse, fine = KeptFootprints(step_deg=8.0).found(bent, EN_62676_4, None), footprint(bent)
+    assert sum(len(patch) for band in coarse.bands for patch in band.patches) < 0.5 * sum(
+        len(patch) for band in fine.bands for patch in band.patches
+    )

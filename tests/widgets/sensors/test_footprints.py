@@ -81,3 +81,30 @@ def test_a_footprint_that_is_known_is_shown_while_something_moves(layer):
             FOOTPRINTS.found(low, EN_62676_4, solid)
     free, cut = footprint(low, step_deg=4.0).area_m2, footprint(low, solid=solid).area_m2
     assert areas == pytest.approx([free, cut, free], rel=1e-3) and cut < 0.95 * free
+
+
+@pytest.fixture
+def waiting(plotter: pv.Plotter) -> FootprintsLayer:
+    return FootprintsLayer(plotter.renderer, plotter.renderer, waits=True)
+
+
+def test_a_layer_that_waits_is_coarse_at_rest_until_the_footprint_is_known(waiting):
+    low, solid = SOUND.replace(position=(2.1, 0.9, 0.52), rpy_deg=(0.0, 0.0, 150.0)), solid_of(Vehicle())
+    areas = []
+    for lacks in (True, False):
+        waiting.show([low], True, True, DARK, EN_62676_4, solid, False)
+        areas.append(drawn(waiting, True).triangulate().compute_cell_sizes()["Area"].sum())
+        assert waiting.lacks_any is lacks
+        FOOTPRINTS.found(low, EN_62676_4, solid)
+    coarse, exact = footprint(low, step_deg=4.0).area_m2, footprint(low, solid=solid).area_m2
+    assert areas == pytest.approx([coarse, exact], rel=1e-4)
+
+
+def test_a_layer_finds_few_coarse_footprints_at_a_time(waiting, monkeypatch):
+    monkeypatch.setattr("riglens.widgets.sensors.footprints._MOST_QUICK", 2)
+    several = [CAMERA.replace(position=(0.0, 0.01 * number, 1.37)) for number in range(5)]
+    bands = []
+    for _ in range(4):
+        waiting.show(several, False, False, DARK, EN_62676_4, None, False)
+        bands.append(drawn(waiting, False).n_cells)
+    assert [count // (bands[0] // 2) for count in bands] == [2, 4, 5, 5] and waiting.lacks_any
