@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import combinations
 from typing import Literal
 
 import numpy as np
@@ -184,8 +185,8 @@ def branch_and_bound(
     is proven.
 
     Gains never grow with the set, so gains of a smaller set bound what candidates can add: a branch whose value with
-    its largest gains does not exceed the best is cut. Where a table gives the gains of all pairs, those next to each
-    member bound them, too. Report the bound so far every few hundred gains.
+    its largest gains does not exceed the best is cut. Where a table gives the overlaps of all pairs, these bound them,
+    too. Report the bound so far every few hundred gains.
     """
     search = _Branches(f, limits, sorted(incumbent), most_gains, report)
     ids = np.flatnonzero(limits.open_to([]))
@@ -201,20 +202,31 @@ class _Branches:
         self._f, self._limits, self.best, self._value = f, limits, best, f.value(best)
         self.left, self.bound, self._steps = most_gains, 0, 0
         self._losses = f.losses() if isinstance(f, CoverTable) and limits.count > 1 else None
-        self._alone = np.zeros(0, np.int64) if self._losses is None else f.gains([], np.arange(f.size))
+        if self._losses is not None:
+            self._pairs, self._alone = self._losses.sum(axis=0), self._losses.diagonal(axis1=1, axis2=2)
 
     def gains(self, chosen: list[int], ids: Ids) -> Ids:
         """Return gains, and count them unless they are known."""
         if self._losses is not None and len(chosen) < 2:
-            return self._next_to(chosen, ids)
+            alone = self._alone[:, ids].sum(axis=0)
+            return np.asarray(alone - self._pairs[chosen][:, ids].sum(axis=0))
         self.left -= len(ids)
         self._steps += len(ids)
         return self._f.gains(chosen, ids)
 
-    def _next_to(self, one: list[int], ids: Ids) -> Ids:
-        """Return the gains next to one candidate, or none."""
+    def _most_next_to(self, chosen: list[int], ids: Ids) -> Ids:
+        """Return limits of the gains next to a set, by overlaps of pairs.
+
+        In each group of objects, what c loses next to a and b is at least its overlap with either, and at least both
+        of these less the overlap of a and b.
+        """
         assert self._losses is not None
-        return np.asarray(self._alone[ids] - self._losses[one][:, ids].sum(axis=0))
+        by = self._losses[:, np.array(chosen)[:, None], ids]
+        least = by.max(axis=1)
+        for a, b in combinations(range(len(chosen)), 2):
+            shared = self._losses[:, chosen[a], chosen[b], None]
+            np.maximum(least, by[:, a] + by[:, b] - shared, out=least)
+        return np.asarray((self._alone[:, ids] - least).sum(axis=0))
 
     def _take(self, chosen: list[int], value: int) -> None:
         if value > self._value:
@@ -233,15 +245,14 @@ class _Branches:
             found[places] -= best[most - 1] if 0 < most <= len(best) else 0
         return found
 
-    def _most_after(self, ids: Ids, gains: Ids, first: int, room: int) -> Ids:
-        """Return limits of what up to `room` candidates after each of some from `first` on add to it, by pairs."""
-        assert self._losses is not None
+    def _after(self, chosen: list[int], ids: Ids, gains: Ids, first: int) -> Ids:
+        """Return limits of what candidates from `first` on add to a set with each of the first few of them, by pairs:
+        0 up to that one and in conflict with it."""
         ones = ids[first : first + _AT_ONCE]
-        found = np.minimum(gains[first:], self._alone[ids[first:]] - self._losses[np.ix_(ones, ids[first:])])
+        found = np.stack([self._most_next_to([*chosen, one], ids[first:]) for one in ones.tolist()])
+        np.minimum(found, gains[first:], out=found)
         found[self._limits.conflicts[np.ix_(ones, ids[first:])] | np.tri(*found.shape, dtype=np.bool_)] = 0
-        if room == 1:
-            return np.asarray(found.max(axis=1))
-        return np.asarray(np.sort(found, axis=1)[:, -room:].sum(axis=1))
+        return found
 
     def explore(self, chosen: list[int], value: int, ids: Ids, stale: Ids, room: int) -> None:
         """Search the sets made of a set and up to `room` of some candidates, whose gains are at most `stale`."""
@@ -249,9 +260,9 @@ class _Branches:
         ids, stale = ids[order], stale[order]
         if room == 1:
             for place in range(0, len(ids), _AT_ONCE):
-                if self.left < 0 or value + int(stale[place]) <= self._value:
+                some = ids[place : place + _AT_ONCE][value + stale[place : place + _AT_ONCE] > self._value]
+                if self.left < 0 or not len(some):
                     return
-                some = ids[place : place + _AT_ONCE]
                 gains = self.gains(chosen, some)
                 best = int(np.argmax(gains))
                 self._take([*chosen, int(some[best])], value + int(gains[best]))
@@ -260,7 +271,6 @@ class _Branches:
         hopeful = value + self._most_with(chosen, ids, stale, room) > self._value
         ids, stale = ids[hopeful], stale[hopeful]
         gains = self.gains(chosen, ids)
-        after = gains
         order = np.lexsort((ids, -gains))
         ids, gains = ids[order], gains[order]
         if len(ids):
@@ -275,15 +285,15 @@ class _Branches:
             if self._steps >= _STEPS or (not chosen and place == 0):
                 self._steps = 0
                 self._report(self.bound)
+            row = place % _AT_ONCE
             if self._losses is not None:
-                if place % _AT_ONCE == 0:
-                    after = self._most_after(ids, gains, place, room - 1)
-                if value + int(gains[place] + after[place % _AT_ONCE]) <= self._value:
+                if row == 0:
+                    after = self._after(chosen, ids, gains, place)
+                    most = np.sort(after, axis=1)[:, 1 - room :].sum(axis=1)
+                if value + int(gains[place] + most[row]) <= self._value:
                     continue
             larger = [*chosen, one]
             rest = place + 1 + np.flatnonzero(self._limits.open_to(larger)[ids[place + 1 :]])
             if len(rest):
-                left = gains[rest]
-                if self._losses is not None:
-                    left = np.minimum(left, self._next_to([one], ids[rest]))
+                left = gains[rest] if self._losses is None else after[row, rest - (place - row)]
                 self.explore(larger, value + int(gains[place]), ids[rest], left, room - 1)

@@ -23,6 +23,8 @@ FEW = 32
 """Gains that one thread finds sooner than several."""
 _MOST_PAIR_WORDS = 1e10
 """Words of cells compared for all pairs of candidates, at most: some seconds."""
+_GROUPS, _MOST_OVERLAPS = 64, 1 << 23
+"""Groups of objects whose overlaps are summed apart, and sums for all pairs, at most: 64 MB."""
 
 
 @dataclass
@@ -157,8 +159,9 @@ class CoverTable:
         return found
 
     def losses(self) -> Ids | None:
-        """Return the overlap of each pair, (n, n): both gains added minus their joint gain; None if all pairs would
-        take longer than the few that a search needs."""
+        """Return the overlap of each pair on each group of objects, (groups, n, n): both gains added minus their joint
+        gain, of a candidate with itself its gain; None if all pairs would take longer than the few that a search needs.
+        """
         cover, objects = self.cover, len(self.known)
         words = -(-np.bincount(self.owner, minlength=objects) // 64)
         hits = np.bincount(cover.of, minlength=objects)
@@ -172,9 +175,25 @@ class CoverTable:
             np.argsort(cover.of, kind="stable"),
             np.repeat(np.arange(self.size), np.diff(cover.starts)),
         )
-        found = np.zeros((self.size, self.size), np.int64)
-        kernel.losses(cover, self.known, by_object, begins, owner, starts, bits, self.workers, found)
-        return np.asarray(found + found.T)
+        group = self._groups()
+        found = np.zeros((int(group.max(initial=0)) + 1, self.size, self.size), np.int64)
+        kernel.losses(cover, self.known, group, by_object, begins, owner, starts, bits, self.workers, found)
+        for one in found:
+            one += np.tril(one, -1).T
+        return found
+
+    def _groups(self) -> Ids:
+        """Return a group of each object, (objects,): by which of some candidates, evenly drawn, hits most of it."""
+        cover, group = self.cover, np.zeros(len(self.known), np.int64)
+        most = np.zeros(len(self.known), np.int64)
+        count = min(_GROUPS, self.size, max(1, _MOST_OVERLAPS // max(1, self.size) ** 2))
+        for number, one in enumerate(np.linspace(0, self.size - 1, count).astype(np.int64).tolist()):
+            runs = slice(*cover.starts[one : one + 2])
+            hits = np.diff(cover.ends[runs.start : runs.stop + 1])
+            is_more = hits > most[cover.of[runs]]
+            of = cover.of[runs][is_more]
+            group[of], most[of] = number, hits[is_more]
+        return group
 
     def given(self, cells: Cells, known: Cells) -> State:
         """Return the state where sensors cover cells, by their maker's numbers (rising), and `known` of each object."""

@@ -153,6 +153,7 @@ def mark_runs(cover: Cover, first: np.ndarray, starts: np.ndarray, to: np.ndarra
 def losses(
     cover: Cover,
     known: np.ndarray,
+    group: np.ndarray,
     runs: np.ndarray,
     begins: np.ndarray,
     owner: np.ndarray,
@@ -161,7 +162,8 @@ def losses(
     workers: int,
     to: np.ndarray,
 ) -> None:
-    """Add up the overlap of each pair, both gains minus their joint gain, to[a, b] for b < a, int64 (n, n).
+    """Add up the overlap of each pair, both gains minus their joint gain, and the gain of each candidate, by group (o,)
+    of objects: to[g, a, b] for b <= a, int64 (groups, n, n).
 
     runs: by object o those from begins[o] to begins[o + 1], of rising candidates; owner (runs,): their candidates;
     starts and bits: see `mark_runs`.
@@ -177,13 +179,14 @@ def losses(
                     continue
                 mine, start = cover.ends[run + 1] - cover.ends[run], starts[run]
                 gain = worth[min(before + mine, most)] - worth[min(before, most)]
+                to[group[thing], one, one] += gain
                 for other_place in range(begins[thing], place):
                     other = runs[other_place]
                     together = before + mine + cover.ends[other + 1] - cover.ends[other]
                     theirs = worth[min(together - mine, most)]
                     for word in range(starts[run + 1] - start):
                         together -= int(popcount(bits[start + word] & bits[starts[other] + word]))
-                    to[one, owner[other]] += gain - (worth[min(together, most)] - theirs)
+                    to[group[thing], one, owner[other]] += gain - (worth[min(together, most)] - theirs)
 
 
 @kernel
