@@ -31,7 +31,7 @@ _PLAIN = 0.22
 _EDGES = (0.34, 0.95)
 _WIDTHS_PX = (1.1, 2.0)
 _MOST_QUICK = 16
-"""Number of coarse footprints that are found for one picture, each in 5 to 7 ms: a rig has 60 at most."""
+"""Number of coarse footprints that are found for one picture, each in 5 to 7 ms."""
 _QUICK = KeptFootprints(step_deg=4.0)
 
 

@@ -90,6 +90,7 @@ class DrawnScene:
         self._covered: list[Box] = []
         self._stage = stage = Stage(plotter)
         self._haze: tuple[object, ...] = ()
+        self._fans_due: bool | None = None
         self._cell_m: float | None = None
         self._ground, self._roi = GroundLayer(stage.backdrop), RoiLayer(stage.main)
         self._ground_map, self._post = GroundMapLayer(stage.main), PostLayer(stage.main)
@@ -150,7 +151,12 @@ class DrawnScene:
                 show(self._state)
         if changed & (_FANS | _ALL_FANS):
             all_fans = bool(changed & _ALL_FANS) or before.other_fans_differ(self._state)
-            self._rig.show_fans(self._state, self._quick, others=all_fans)
+            self._expect_fans(all_fans)
+
+    def _expect_fans(self, others: bool) -> None:
+        """Have fans rebuilt for the next frame, those of sensors that are not selected only with `others`: edits may
+        follow one another, and those of 60 sensors take longer than all else."""
+        self._fans_due = others or bool(self._fans_due)
 
     def _parts(self) -> tuple[tuple[set[str], Callable[[SceneState], None]], ...]:
         """Return the fields that each part but car and rays is made from, and what makes it, in this order."""
@@ -209,9 +215,7 @@ class DrawnScene:
         self._state = replace(self._state, rig=rig)
         self._masts.show(self._state)
         self._stubs.show(self._state)
-        self._rig.show_fans(
-            self._state, self._quick, others=any(name != self._state.selected for name in poses)
-        )
+        self._expect_fans(any(name != self._state.selected for name in poses))
 
     def set_view(self, name: str, wide: bool = False) -> None:
         """Look from "iso", "top", "front", "left", "rear", "right" (else InputError); `wide`: iso over all the ROI."""
@@ -256,7 +260,7 @@ class DrawnScene:
             self._quick = quick
             self._standing.forget()
             self._body.set_quick(quick)
-            self._rig.show_fans(self._state, self._quick)
+            self._expect_fans(True)
 
     @property
     def lacks_footprints(self) -> bool:
@@ -267,7 +271,7 @@ class DrawnScene:
         """Show footprints that have been found meanwhile; return whether any was lacking."""
         lacked = self.lacks_footprints
         if lacked:
-            self._rig.show_fans(self._state, self._quick)
+            self._expect_fans(True)
         return lacked
 
     @property
@@ -346,6 +350,9 @@ class DrawnScene:
         """Bring camera, heatmap and gizmo up to date for the next frame."""
         self._bring_car()
         state = self._state
+        if self._fans_due is not None:
+            self._rig.show_fans(state, self._quick, others=self._fans_due)
+            self._fans_due = None
         self._set_coarse()
         reach_m = max(REACH_M, 2.0 * float(np.linalg.norm(state.grid.roi_m)))
         self._stage.set_camera(state.camera, reach_m + 20.0)

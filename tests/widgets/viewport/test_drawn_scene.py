@@ -161,8 +161,24 @@ CHANGES: list[tuple[dict[str, Any], set[str]]] = [
 def test_a_change_is_told_to_the_layers_that_show_it(scene, told, change, expected):
     after = replace(STATE, **change)
     scene.show(after)
+    scene.prepare()
     assert sorted(told) == sorted(expected)
     assert scene.state == after
+
+
+def test_fans_are_rebuilt_once_for_a_frame(scene, told):
+    for rig in (MOVED, OTHER_MOVED, MOVED):
+        scene.show(replace(STATE, rig=rig))
+    scene.preview({"roof": LIDAR.pose})
+    scene.set_quick(True)
+    scene.set_quick(False)
+    assert not any("fans" in one for one in told)
+    scene.prepare()
+    scene.prepare()
+    assert [one for one in told if "fans" in one] == ["rig.show_fans"]
+    scene.preview({"roof": LIDAR.pose})
+    scene.prepare()
+    assert [one for one in told if "fans" in one][1:] == ["rig.show_fans of the selected sensor"]
 
 
 @pytest.mark.parametrize("has_skin", [False, True])
