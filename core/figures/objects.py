@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from riglens.core.figures.figure import CLASSES_AND_ALL, Estimate, Figure, absence, error_of_runs
+from riglens.core.figures.figure import ALL, CLASSES_AND_ALL, Estimate, Figure, absence, error_of_runs
 from riglens.core.scene.boxes import CLASSES
 from riglens.core.scene.sectors import SECTORS
 from riglens.core.sensors.registry import kind_named
@@ -108,18 +108,17 @@ class ObjectFigure(Figure):
         errors = np.zeros(len(CLASSES_AND_ALL)) if calibration is None else calibration.errors
         is_whole = counted.frames_used == counted.frames
         values = self.values(counted)
-        table = self._means(counted.groups, by, values)
+        names = CLASSES_AND_ALL if ALL in rows else CLASSES
+        table = [one.tolist() for one in self._means(counted.groups, by, values, ALL in rows)]
         alone = {kind: one.estimates(counted, by, rows) for kind, one in self.parts.items() if in_detail}
         has_runs = in_detail and by == "all" and not self.is_median
         runs = self._runs(counted.groups, values) if has_runs else None
         found = {}
         for who in rows:
-            row = CLASSES_AND_ALL.index(who)
-            own = float(errors[row])
+            row, own = CLASSES_AND_ALL.index(who), float(errors[CLASSES_AND_ALL.index(who)])
             cells = []
-            for place, (number, value, se) in enumerate(
-                zip(*(one[row].tolist() for one in table), strict=True)
-            ):
+            columns = (one[names.index(who)] for one in table)
+            for place, (number, value, se) in enumerate(zip(*columns, strict=True)):
                 whole = math.hypot(se, own) if calibration is not None else se
                 state: Any = "outside" if outside else "exact" if is_whole and not whole else "sampled"
                 parts = {kind: one[who][place].value for kind, one in alone.items()}
@@ -138,21 +137,23 @@ class ObjectFigure(Figure):
         values = self.values(counted)
         return [self._means(counted.groups, by, values)[:2] for by in every]
 
-    def _means(self, groups: Groups, by: By, values: Doubles) -> tuple[Counts, Doubles, Doubles]:
-        """Return the number of objects with a value, their mean or median, and its standard error, each
-        (len(CLASSES_AND_ALL), parts); 0 without objects."""
-        tables = [self._means_of(groups.parts(by), values)]
-        if not self.of_classes:
-            tables.insert(0, self._means_of(groups.parts(by, together=True), values))
-            return tuple(np.concatenate(pair) for pair in zip(*tables, strict=True))  # type: ignore[return-value]
-        objects, means, errors = tables[0]
-        classes = np.maximum((objects > 0).sum(axis=0), 1)
-        whole = means.sum(axis=0) / classes, np.linalg.norm(errors, axis=0) / classes
-        return (
-            np.vstack([objects.sum(axis=0), objects]),
-            np.vstack([whole[0], means]),
-            np.vstack([whole[1], errors]),
-        )
+    def _means(
+        self, groups: Groups, by: By, values: Doubles, with_all: bool = True
+    ) -> tuple[Counts, Doubles, Doubles]:
+        """Return the number of objects with a value, their mean or median, and its standard error, each (rows, parts),
+        of all classes together, if requested, and of each; 0 without objects."""
+        by_class = self._means_of(groups.parts(by), values)
+        if not with_all:
+            return by_class
+        if self.of_classes:
+            objects, means, errors = by_class
+            classes = np.maximum((objects > 0).sum(axis=0, keepdims=True), 1)
+            value = means.sum(axis=0, keepdims=True) / classes
+            se = np.linalg.norm(errors, axis=0, keepdims=True) / classes
+            whole = objects.sum(axis=0, keepdims=True), value, se
+        else:
+            whole = self._means_of(groups.parts(by, together=True), values)
+        return tuple(np.concatenate(pair) for pair in zip(whole, by_class, strict=True))  # type: ignore[return-value]
 
     def _runs(self, groups: Groups, values: Doubles) -> Doubles:
         """Return how far each run of frames moves the mean, (runs, len(CLASSES_AND_ALL))."""
@@ -175,16 +176,10 @@ class ObjectFigure(Figure):
         """Return the figure of a rig by part, with its change from a baseline in the same frames, object by object.
         The first row is all classes together. in_detail: with its parts by kind and the error in other traffic;
         otherwise that error is the sampling error."""
-        mine, theirs = self.values(now), self.values(before)
-        mine, theirs = np.where(np.isnan(theirs), math.nan, mine), np.where(np.isnan(mine), math.nan, theirs)
+        mine, theirs = self._pairs(now, before)
         calibration = self.calibrated(now)
         objects, value, se = self._means(now.groups, by, mine)
-        difference = replace(self, least=-math.inf, is_median=False)
-        _, change, change_se = difference._means(now.groups, by, mine - theirs)
-        if self.is_median or self.least > -math.inf:
-            change = value - self._means(now.groups, by, theirs)[1]
-        if self.is_median:
-            change_se = np.zeros(change.shape)
+        change, change_se = self._change(now.groups, by, mine, theirs, value)
         traffic_se = change_se
         if in_detail and by == "all" and not self.is_median:
             of_runs = error_of_runs(self._runs(now.groups, mine - theirs))
@@ -194,6 +189,38 @@ class ObjectFigure(Figure):
             se = np.where(objects > 0, np.hypot(se, calibration.errors[:, None]), 0.0)
         parts = {kind: one.cells(now, before, by) for kind, one in self.parts.items() if in_detail}
         return Cells(objects, value, se, change, change_se, traffic_se, parts)
+
+    def changes(self, now: Counted, before: Counted) -> dict[str, tuple[float, float]]:
+        """Return the changes of classes from a baseline and their standard errors, 0 without objects: as in `cells`,
+        without the rest of it."""
+        mine, theirs = self._pairs(now, before)
+        change, se = self._change(now.groups, "all", mine, theirs, with_all=False)
+        return dict(zip(CLASSES, zip(change[:, 0].tolist(), se[:, 0].tolist(), strict=True), strict=True))
+
+    def _pairs(self, now: Counted, before: Counted) -> tuple[Doubles, Doubles]:
+        """Return the values of objects that have one in both of two rigs, NaN of others."""
+        mine, theirs = self.values(now), self.values(before)
+        return np.where(np.isnan(theirs), math.nan, mine), np.where(np.isnan(mine), math.nan, theirs)
+
+    def _change(
+        self,
+        groups: Groups,
+        by: By,
+        mine: Doubles,
+        theirs: Doubles,
+        value: Doubles | None = None,
+        with_all: bool = True,
+    ) -> tuple[Doubles, Doubles]:
+        """Return the change of the figure between two values of objects, and its standard error, as `_means`; value:
+        the figure of `mine`, where it is known."""
+        difference = groups, by, mine - theirs, with_all
+        if not self.is_median and self.least == -math.inf:
+            return self._means(*difference)[1:]
+        own = self._means(groups, by, mine, with_all)[1] if value is None else value
+        change = own - self._means(groups, by, theirs, with_all)[1]
+        if self.is_median:
+            return change, np.zeros(change.shape)
+        return change, replace(self, least=-math.inf)._means(*difference)[2]
 
 
 @dataclass(frozen=True)

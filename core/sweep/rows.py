@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-import numpy as np
-
 from riglens.core.engine.evaluation_json import evaluation_document, score_figures
 from riglens.core.figures.documents import object_figures_json, objects_document
 from riglens.core.figures.evaluated import BLIND_M, Evaluated, EvaluationSettings, Evaluator, Need
@@ -19,8 +17,8 @@ from riglens.core.metric.scores import PAPER_SETTINGS, MetricSettings
 from riglens.core.review.tolerance import NOISE_FLOOR, Spread, disturbed, errors_count, unit_draws
 from riglens.core.rig.model import Rig
 from riglens.core.rig.yaml.file import valid_rig_sha256
-from riglens.core.scene.boxes import CLASSES
 from riglens.core.sweep.design import Sweep
+from riglens.core.targets.counts import Counted
 from riglens.core.targets.settings import USUAL, TargetSettings
 from riglens.core.targets.traffic import Traffic
 
@@ -77,7 +75,9 @@ class Sweeper:
         if evaluated.voxels is not None:
             found |= _flat(score_figures(evaluated.voxels))
         if evaluated.objects is not None:
-            found |= _flat(object_figures_json(evaluated.objects)) | dict(self._changes(evaluated))
+            found |= _flat(object_figures_json(evaluated.objects))
+            if self._of_reference.objects is not None:
+                found |= dict(self._changes(evaluated.objects, self._of_reference.objects))
         if evaluated.ground is not None:
             of_ground = (figure for figure in figures() if figure.needs == "ground")
             found |= {figure.key: figure.of(evaluated, ALL).value for figure in of_ground}
@@ -90,19 +90,13 @@ class Sweeper:
     def _of_reference(self) -> Evaluated:
         return self._evaluated(self._reference)
 
-    def _changes(self, evaluated: Evaluated) -> Iterator[tuple[str, float]]:
+    def _changes(self, now: Counted, before: Counted) -> Iterator[tuple[str, float]]:
         """Yield the changes of figures of objects that lead or are spread from the reference, with standard errors."""
         for figure in object_figures():
-            if (
-                (figure.leads or figure.is_spread)
-                and evaluated.objects is not None
-                and self._of_reference.objects is not None
-            ):
-                cells = figure.cells(evaluated.objects, self._of_reference.objects, in_detail=False)
-                for row, name in enumerate(CLASSES, 1):
-                    column = f"{name}.{figure.place}"
-                    yield f"{column}_change", float(np.nan_to_num(cells.change[row, 0]))
-                    yield f"{column}_change_se", float(cells.change_se[row, 0])
+            if figure.leads or figure.is_spread:
+                for name, (change, se) in figure.changes(now, before).items():
+                    yield f"{name}.{figure.place}_change", change
+                    yield f"{name}.{figure.place}_change_se", se
 
     def rows(self, sweep: Sweep) -> Iterator[Row]:
         """Yield the rows of a sweep: rig, hash and values of the fields, then the figures."""

@@ -118,6 +118,9 @@ def test_numbers_without_details_are_the_same(figure: ObjectFigure) -> None:
     for who, (whole,) in figure.estimates(now, "all").items():
         (bare,) = figure.estimates(now, "all", in_detail=False)[who]
         assert replace(whole, parts={}, runs=()) == bare
+        assert figure.estimates(now, "all", (who,))[who] == [whole]
+    for row, (change, se) in enumerate(figure.changes(now, before).values(), start=1):
+        assert (change, se) == (np.nan_to_num(full.change[row, 0]), full.change_se[row, 0])
 
 
 @pytest.mark.parametrize("frames", [None, 11])
