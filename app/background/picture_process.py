@@ -53,7 +53,7 @@ class PictureMaker(BackgroundWorker[PictureJob, bytes]):
     def _end_process(self) -> None:
         process, self._process = self._process, None
         if process is not None:
-            process.end()
+            process.kill()
 
     def _drawn(self, job: PictureJob, context: Context[bytes]) -> bytes:
         """Return the picture of a job; raise InputError where there is none. Called by the thread."""

@@ -124,24 +124,21 @@ class Proposer(QObject):
         super().__init__(parent)
         self._work = work
         self._process: OwnProcess | None = None
-        self._reader: threading.Thread | None = None
 
     def send(self, message: Message) -> None:
         """Send a message, to a new process if there is none."""
         if self._process is None or not self._process.is_alive:
             self.end()
             self._process = OwnProcess(self._work)
-            self._reader = threading.Thread(target=self._read, args=(self._process,), daemon=True)
-            self._reader.start()
+            threading.Thread(target=self._read, args=(self._process,), daemon=True).start()
         with suppress(OSError):  # the reader says why it ended
             self._process.pipe.send(message)
 
     def end(self) -> None:
         """End the process at once; what it kept is lost."""
         process, self._process = self._process, None
-        if process is not None and self._reader is not None:
-            process.end()
-            self._reader.join()
+        if process is not None:
+            process.kill()  # its reader ends with it, and emits nothing any more
 
     def _read(self, process: OwnProcess) -> None:
         line = ""

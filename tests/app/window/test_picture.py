@@ -113,7 +113,7 @@ def test_what_is_previewed_is_saved_larger_by_the_code_that_draws_everywhere_als
     bench.qtbot.waitUntil(lambda: picture.maker._process is not None, timeout=TIMEOUT_MS)
     process = picture.maker._process
     bench.qtbot.waitUntil(lambda: picture.dialog is None, timeout=TIMEOUT_MS)
-    assert not process.is_alive
+    bench.qtbot.waitUntil(lambda: not process.is_alive, timeout=TIMEOUT_MS)
     saved = pixels(QImage(str(tmp_path / "view.png")))
     assert saved.shape == (2 * SIZE[1], 2 * SIZE[0], 4) and saved[0, -1, 3] == 0
 
