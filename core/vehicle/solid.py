@@ -25,8 +25,7 @@ if TYPE_CHECKING:
 MATERIALS = ("paint", "panel", "glass", "trim", "gap", "lamp", "tail", "plate", "tyre", "rim", "dark")
 """Materials of triangles; the number of a material is its index."""
 GLASS = MATERIALS.index("glass")
-_MAKING = threading.Lock()
-"""Held while a solid is made: threads that open a car ask for the same one at once."""
+_FINDING = threading.Lock()
 
 
 def solid_of(vehicle: Vehicle, stance: Pose = Pose()) -> Solid:
@@ -36,7 +35,11 @@ def solid_of(vehicle: Vehicle, stance: Pose = Pose()) -> Solid:
     """
     if vehicle.lacks_mesh:
         raise InputError(f"vehicle.body: the mesh '{vehicle.body}' has not been read")
-    with _MAKING:
+    with _FINDING:
+        making = _making(vehicle)
+    with (
+        making
+    ):  # threads that open a car ask for the same solid at once; that of another car is not waited for
         solid = _solid(vehicle)
     return solid if stance == Pose() else _standing(solid, stance)
 
@@ -164,7 +167,15 @@ def _standing(solid: Solid, stance: Pose) -> Solid:
     return Solid.of(stance.transform(solid.triangles_m), solid.materials, solid.parts)
 
 
-@lru_cache(maxsize=2)  # 13 MB each
+@lru_cache(maxsize=4)
+def _making(vehicle: Vehicle) -> threading.Lock:
+    """Return the lock that is held while the solid of a body is made."""
+    return threading.Lock()
+
+
+@lru_cache(
+    maxsize=3
+)  # 13 MB each: of a car that is edited, the one before, which the view still shows, the saved one
 def _solid(vehicle: Vehicle) -> Solid:
     """Return the same object for the same body, so that structures built from it are reused."""
     if vehicle.body_mesh is not None:

@@ -141,6 +141,25 @@ def test_threads_that_want_the_same_body_at_once_get_the_same_solid(monkeypatch:
     assert one is other and made == [vehicle]
 
 
+def test_a_solid_that_is_known_is_not_waited_for_while_another_one_is_made(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    known, begun, may_end = solid_of(Vehicle(length=4.32)), threading.Event(), threading.Event()
+
+    def slow(vehicle: Vehicle) -> list[object]:
+        begun.set()
+        assert may_end.wait(TIMEOUT_S)
+        return body_parts(vehicle)
+
+    monkeypatch.setattr("riglens.core.vehicle.solid.body_parts", slow)
+    with ThreadPoolExecutor(2) as pool:
+        other = pool.submit(solid_of, Vehicle(length=4.33))
+        assert begun.wait(TIMEOUT_S)
+        assert pool.submit(solid_of, Vehicle(length=4.32)).result(TIMEOUT_S) is known
+        may_end.set()
+        assert other.result(TIMEOUT_S) is not known
+
+
 def test_a_mesh_of_a_file_is_placed_and_one_that_is_missing_is_said_to_be() -> None:
     points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], np.float32)
     mesh = BodyMesh(points, np.zeros((3, 3), np.float32), np.array([[0, 1, 2]], np.int32))
