@@ -8,9 +8,7 @@ along bearings from the point below the sensor; where a band begins and ends the
 from __future__ import annotations
 
 import math
-import threading
-from collections import OrderedDict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
@@ -22,6 +20,7 @@ from riglens.core.errors import InputError
 from riglens.core.footprint.detail import in_image, px_per_deg, px_per_m
 from riglens.core.rig.model import MAX_SENSORS
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.sensing.kept import LatestAnswers
 from riglens.core.sensors.base import Sensor, rays_of
 from riglens.core.sensors.camera import Camera, pixel_directions
 from riglens.core.sensors.kind import Echo
@@ -39,6 +38,7 @@ _NEAR_M = 0.05
 _HALVINGS = 14
 STEP_DEG = 2.0
 _MOST_KEPT = MAX_SENSORS + 1
+"""Those of a whole rig that were asked for last are all kept."""
 _ROOM_RAD = 1e-6
 """Far more than all rounding of directions."""
 _HEIGHTS = 5
@@ -155,32 +155,29 @@ class KeptFootprints:
 
     def __init__(self, step_deg: float = STEP_DEG) -> None:
         self._step_deg = step_deg
-        self._known = OrderedDict[tuple[object, ...], Footprint]()
-        self._lock = threading.Lock()
+        self._kept = LatestAnswers[Hashable, Footprint](_MOST_KEPT)
 
     def known(self, sensor: Sensor, limits: tuple[float, ...], solid: Solid | None) -> Footprint | None:
-        """Return a footprint that was found before."""
-        return self._known.get(self._key(sensor, limits, solid))
+        """Return a footprint that was found before, at once."""
+        return self._kept.known(self._key(sensor, limits, solid, waits=False))
 
     def found(self, sensor: Sensor, limits: tuple[float, ...], solid: Solid | None) -> Footprint:
         """Return the footprint of a sensor with such limits of cameras, without what a solid body hides."""
-        key = self._key(sensor, limits, solid)
-        found = self._known.get(key) or footprint(sensor, limits, solid, self._step_deg)
-        with self._lock:
-            self._known[key] = found
-            self._known.move_to_end(key)  # those of a whole rig that were asked for last are all kept
-            if len(self._known) > _MOST_KEPT:
-                self._known.popitem(last=False)
-        return found
+        key = self._key(sensor, limits, solid, waits=True)
+        return self._kept.found(key, lambda: footprint(sensor, limits, solid, self._step_deg))
 
     @staticmethod
-    def _key(sensor: Sensor, limits: tuple[float, ...], solid: Solid | None) -> tuple[object, ...]:
-        """Return the rays, the limits, and of a body what may hide ground: without housings out of view."""
+    def _key(sensor: Sensor, limits: tuple[float, ...], solid: Solid | None, waits: bool) -> Hashable:
+        """Return the rays, the limits, and of a body what may hide ground: without housings out of view.
+
+        Without `waits` None, the key of nothing, where that needs a table of rays.
+        """
         if solid is None or not solid.housings:
             return rays_of(sensor), limits, "" if solid is None else solid.fingerprint
-        from riglens.core.sensing.body_ends import obstacle_of  # the compiler
+        from riglens.core.sensing.body_ends import known_obstacle, obstacle_of  # the compiler
 
-        return rays_of(sensor), limits, obstacle_of(sensor, solid).fingerprint
+        obstacle = (obstacle_of if waits else known_obstacle)(sensor, solid)
+        return None if obstacle is None else (rays_of(sensor), limits, obstacle.fingerprint)
 
 
 FOOTPRINTS = KeptFootprints()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import compress
@@ -19,7 +19,7 @@ from riglens.core.kernels.rays.cast import Cast
 from riglens.core.kernels.runtime import codes
 from riglens.core.rig.library import Cylinder, body_of
 from riglens.core.rig.model import Sensor
-from riglens.core.sensing.kept import SHADOWS
+from riglens.core.sensing.kept import SHADOWS, LatestAnswers
 from riglens.core.sensing.ray_tiles import is_image, tiled
 from riglens.core.sensing.rays import lattice
 from riglens.core.sensing.screens import screen_of
@@ -28,6 +28,9 @@ from riglens.core.sensors.lattice import Lattice
 from riglens.core.sensors.registry import kind_of
 from riglens.core.vehicle.solid import Barrier, Housing, Solid
 
+View = tuple[float, float, float]
+"""Angle from its axis, lowest and highest elevation within which a sensor's rays lie, radians."""
+_VIEWS = LatestAnswers[Sensor, View](1024)
 NO_EMPTY_BOX = np.array([1.0, 1.0, 1.0, -1.0, -1.0, -1.0])
 """No place in which it makes no difference where a ray ends."""
 
@@ -74,11 +77,23 @@ class Obstacle:
 
 def obstacle_of(sensor: Sensor, solid: Solid) -> Obstacle:
     """Return what of a car stops the rays of a sensor: of housings those of others that lie in its view."""
+    found = known_obstacle(sensor, solid, _view_rad)
+    assert found is not None
+    return found
+
+
+def known_obstacle(
+    sensor: Sensor, solid: Solid, view_of: Callable[[Sensor], View | None] = _VIEWS.known
+) -> Obstacle | None:
+    """Return what of a car stops the rays of a sensor, or None where that needs a table of rays that may take long."""
     start_m = housing_radius_m(sensor)
     if not solid.housings:
         return Obstacle(solid.fingerprint, start_m, sensor.kind, solid)
     others = tuple(one for one in solid.housings if one.name != sensor.name)
-    met = tuple(compress(others, _may_meet(sensor, others, start_m)))
+    may_meet = _may_meet(sensor, others, start_m, view_of)
+    if may_meet is None:
+        return None
+    met = tuple(compress(others, may_meet))
     key = hashlib.sha256(repr((solid.body, met)).encode()).hexdigest() if met else solid.body
     return Obstacle(key, start_m, sensor.kind, solid, met)
 
@@ -88,19 +103,31 @@ def barrier_of(sensor: Sensor, solid: Solid) -> Barrier:
     return obstacle_of(sensor, solid).barrier
 
 
+def barrier_of_some(sensor: Sensor, solid: Solid) -> Barrier:
+    """Return a barrier that stops the same rays of a sensor at the same places, for some of them: it holds the housings
+    out of view, too, and needs no table of all rays."""
+    others = frozenset(one for one in solid.housings if one.name != sensor.name)
+    return solid.barrier(sensor.kind, housing_radius_m(sensor), others)
+
+
 ROOM_RAD = 1e-5
 """Far more than all rounding of directions and of triangles."""
 
 
-def _may_meet(sensor: Sensor, housings: Sequence[Housing], start_m: float) -> NDArray[np.bool_]:
-    """Return whether rays of a sensor may meet the balls around housings (n,); False is certain."""
+def _may_meet(
+    sensor: Sensor, housings: Sequence[Housing], start_m: float, view_of: Callable[[Sensor], View | None]
+) -> NDArray[np.bool_] | None:
+    """Return whether rays of a sensor may meet the balls around housings (n,); False is certain. None without a view
+    that is needed."""
     places_m = np.array([one.pose.position_m for one in housings]).reshape(-1, 3)
     away = (places_m - np.array(sensor.position)) @ sensor.pose.rotation()
     distance, radius = np.linalg.norm(away, axis=1), np.array([one.radius_m for one in housings]) + ROOM_RAD
     counts, is_around = np.asarray(distance + radius > start_m), distance <= radius
     if not (counts & ~is_around).any():
         return counts
-    widest, lowest, highest = _view_rad(unplaced(sensor))
+    if (view := view_of(unplaced(sensor))) is None:
+        return None
+    widest, lowest, highest = view
     divisor = np.where(is_around, np.inf, distance)
     half = np.arcsin(radius / divisor) + ROOM_RAD
     aside = np.arccos(np.clip(away[:, 0] / divisor, -1.0, 1.0))
@@ -109,10 +136,13 @@ def _may_meet(sensor: Sensor, housings: Sequence[Housing], start_m: float) -> ND
     return np.asarray(counts & (is_around | in_view))
 
 
-@lru_cache(maxsize=256)  # tables of rays would drive it out, and those of a bent lens take half a second
-def _view_rad(sensor: Sensor) -> tuple[float, float, float]:
-    """Return the angle from its axis, the lowest and the highest elevation within which a sensor's rays lie."""
-    table = lattice(sensor)
+def _view_rad(sensor: Sensor) -> View:
+    """Return the view of a sensor; kept, since tables of rays are not, and those of a bent lens take half a second."""
+    return _VIEWS.found(sensor, lambda: _view_of(lattice(sensor)))
+
+
+def _view_of(table: Lattice) -> View:
+    """Return the view of a table of rays."""
     if not len(table.rows):
         return -math.inf, math.inf, -math.inf
     if table.kind == codes.LISTED:

@@ -1,4 +1,5 @@
-"""Keep the last answers of functions by their bytes: the rays of one camera take a thousand times those of another."""
+"""Keep the last answers of functions: by their bytes, since the rays of one camera take a thousand times those of
+another, or by their number."""
 
 from __future__ import annotations
 
@@ -6,7 +7,7 @@ import threading
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
 from functools import wraps
-from typing import Any, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
@@ -84,6 +85,31 @@ class KeptAnswers:
         """Release everything: what is needed again is made again."""
         with self._lock:
             self._answers.clear()
+
+
+class LatestAnswers(Generic[_Asked, _Found]):
+    """Latest `most` answers, which can be looked up without finding them; for all threads."""
+
+    def __init__(self, most: int) -> None:
+        self._most = most
+        self._answers = OrderedDict[_Asked, _Found]()
+        self._lock = threading.Lock()
+
+    def known(self, asked: _Asked) -> _Found | None:
+        """Return an answer that is kept."""
+        return self._answers.get(asked)
+
+    def found(self, asked: _Asked, find: Callable[[], _Found]) -> _Found:
+        """Return the answer that is kept, or find it; it is the latest one."""
+        answer = self._answers.get(asked)
+        if answer is None:
+            answer = find()
+        with self._lock:
+            self._answers[asked] = answer
+            self._answers.move_to_end(asked)
+            if len(self._answers) > self._most:
+                self._answers.popitem(last=False)
+        return answer
 
 
 RAYS = KeptAnswers(576 << 20)

@@ -13,7 +13,14 @@ from riglens.core.rig.history import History
 from riglens.core.rig.library import default_library
 from riglens.core.rig.model import Camera, KannalaBrandt, Lidar, LinearAngles, Rig, Sensor, Vehicle
 from riglens.core.rig.yaml.file import dumps, loads, rig_sha256
-from riglens.core.sensing.body_ends import housing_radius_m, obstacle_of
+from riglens.core.sensing.body_ends import (
+    barrier_of,
+    barrier_of_some,
+    housing_radius_m,
+    known_obstacle,
+    listed_ends,
+    obstacle_of,
+)
 from riglens.core.sensing.kept import RAYS
 from riglens.core.sensing.rays import sensor_rays
 from riglens.core.vehicle.housings import car_of, half_size_m
@@ -142,6 +149,34 @@ def test_only_housings_in_view_are_part_of_the_obstacle() -> None:
         other = aside.model_copy(update={"position": (float(x), float(y), 0.5)})
         found = obstacle_of(narrow, car_of(housed(narrow, other)))
         assert (found.fingerprint != body) == is_met
+
+
+def test_some_rays_end_where_they_do_without_asking_what_is_in_view() -> None:
+    less = 0
+    for seed in range(6):
+        rig = crowd(seed, 8, 24)
+        car = car_of(rig)
+        for sensor in rig.sensors:
+            directions = sensor_rays(sensor).directions
+            barrier, some = barrier_of(sensor, car), barrier_of_some(sensor, car)
+            ends_m = listed_ends(sensor, directions, barrier)
+            np.testing.assert_array_equal(listed_ends(sensor, directions, some), ends_m)
+            less += barrier.stops.sum() < some.stops.sum()
+    assert less > 5
+
+
+def test_an_obstacle_is_known_once_the_view_is() -> None:
+    bent = Camera(
+        name="bent", position=(0.0, 0.0, 2.0), image=(64, 48), fx=41.0, fy=40.0, cx=32.0, cy=24.0,
+        distortion=KannalaBrandt(k1=-0.021),
+    )  # fmt: skip
+    alone, both = (car_of(housed(bent, *others)) for others in ((), (spinner("other", 0.5),)))
+    assert known_obstacle(bent, alone) == obstacle_of(bent, alone), "there is nothing to see"
+    assert known_obstacle(bent, both) is None
+    found = obstacle_of(bent, both)
+    assert found.met and known_obstacle(bent, both) == found
+    moved = bent.replace(position=(0.0, 0.1, 2.0))
+    assert known_obstacle(moved, both) == obstacle_of(moved, both)
 
 
 def test_what_is_in_view_of_a_bent_lens_needs_no_list_of_its_rays_again() -> None:

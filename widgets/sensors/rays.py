@@ -144,9 +144,9 @@ def _segments(
     rays = sensor_rays(sensor, rows)
     t0, t1 = clip_to_roi(grid, rays)
     if solid is not None:
-        from riglens.core.sensing.body_ends import barrier_of, listed_ends  # the compiler
+        from riglens.core.sensing.body_ends import barrier_of_some, listed_ends  # the compiler
 
-        t1 = np.minimum(t1, listed_ends(sensor, rays.directions, barrier_of(sensor, solid)))
+        t1 = np.minimum(t1, listed_ends(sensor, rays.directions, barrier_of_some(sensor, solid)))
     inside = t1 > t0
     directions, origin = rays.directions[inside], np.array(rays.origin_m)
     near, far, is_whole = t0[inside, None], t1[inside, None], (t1 >= rays.far_m)[inside]

@@ -14,7 +14,7 @@ from riglens.core.footprint.detail import focal_mm, pixels_on, px_per_deg, px_pe
 from riglens.core.footprint.ground import EN_62676_4, Band, Footprint, KeptFootprints, footprint
 from riglens.core.footprint.overlap import bearings, overlaps
 from riglens.core.rig.library import default_library
-from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt, Lidar, LinearAngles, Vehicle
+from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt, Lidar, LinearAngles, Rig, Vehicle
 from riglens.core.sensing.body_ends import barrier_of, listed_ends
 from riglens.core.sensors.base import Sensor
 from riglens.core.sensors.camera import project_px
@@ -23,6 +23,7 @@ from riglens.core.sensors.radar import Radar, RadarScan, in_field
 from riglens.core.sensors.registry import kind_of
 from riglens.core.sensors.ultrasonic import Ultrasonic
 from riglens.core.targets.detection_range import SIZES_M
+from riglens.core.vehicle.housings import car_of
 from riglens.core.vehicle.solid import Barrier, solid_of
 
 LEVEL = Camera(name="c", position=(1.0, 0.0, 2.0), image=(1000, 800), fx=500, fy=500, cx=500, cy=400)
@@ -333,6 +334,18 @@ def test_footprints_that_were_asked_for_last_are_kept(monkeypatch: pytest.Monkey
     assert [kept.known(camera, limits, None) is not None for camera in (a, b, c)] == [True, False, True]
     assert kept.known(a.replace(name="y"), limits, None) is first, "names decide nothing"
     assert kept.known(a, (60.0,), None) is None
+
+
+def test_footprints_beside_housings_are_known_without_waiting_for_a_table_of_rays() -> None:
+    kept, limits = KeptFootprints(), (50.0,)
+    bent = FISHEYE.replace(fx=321.0)
+    rig = Rig(sensors=(bent, turned("other", 0.0).replace(position=(0.0, 1.4, 0.8))), housings="blocks")
+    assert kept.known(bent, limits, car_of(rig)) is None
+    found = kept.found(bent, limits, car_of(rig))
+    assert kept.known(bent, limits, car_of(rig)) is found
+    assert found.area_m2 == footprint(bent, limits, car_of(rig)).area_m2
+    nearer = rig.with_sensor("other", rig.sensor("other").replace(position=(0.0, 1.3, 0.8)))
+    assert kept.known(bent, limits, car_of(nearer)) is None
 
 
 def test_coarse_footprints_follow_fewer_bearings() -> None:

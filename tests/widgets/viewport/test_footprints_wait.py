@@ -27,7 +27,7 @@ def drawn_m2(scene: DrawnScene) -> float:
 
 @KINDS
 def test_footprints_become_exact_in_the_view_and_through_a_camera(kind: type[AnyView], qtbot: QtBot) -> None:
-    FOOTPRINTS._known.clear()
+    FOOTPRINTS._kept._answers.clear()
     view = shown(kind, qtbot, rig=RIG, selected="front")
     limits = view.state.ray_look.px_per_m
     inset = view._inset._scene
