@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import sys
 import threading
 import weakref
 from collections.abc import Iterator
@@ -11,7 +13,7 @@ from PySide6.QtCore import Qt
 from pytestqt.qtbot import QtBot
 
 from riglens.app.background.queue import BackgroundRequest
-from riglens.app.background.worker import BackgroundWorker, Context
+from riglens.app.background.worker import NICE, BackgroundWorker, Context
 from riglens.core.errors import Cancelled, InputError
 from tests.waiting import TIMEOUT_S
 
@@ -144,3 +146,17 @@ def test_a_thread_that_waits_holds_no_request(bench: Bench) -> None:
     bench.heard.clear()
     del word
     assert held() is None
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="threads have no niceness of their own")
+def test_the_thread_lets_the_interface_go_first(qtbot: QtBot) -> None:
+    found = list[int]()
+    own = os.getpriority(os.PRIO_PROCESS, 0)
+    worker = BackgroundWorker[str, int](
+        "niceness", lambda request, context: os.getpriority(os.PRIO_PROCESS, 0), close_s=TIMEOUT_S
+    )
+    worker.answered.connect(lambda _, niceness: found.append(niceness), DIRECT)
+    worker.ask("how nice?")
+    assert worker.wait_until_idle(TIMEOUT_S)
+    worker.close()
+    assert found == [min(own + NICE, 19)] and os.getpriority(os.PRIO_PROCESS, 0) == own
