@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from riglens.core.engine.fans import farthest, is_near, is_well_scaled
 from riglens.core.engine.frustums import SHORTEST_DEPTH, hull
 from riglens.core.kernels.cameras.frustum import BALL
-from riglens.core.kernels.cameras.lens_mesh import NO_BINS, SECTORS, WIDEST, Mesh, lay_border
+from riglens.core.kernels.cameras.lens_mesh import NO_BINS, SECTORS, WIDEST, Mesh, count_before, lay_border
 from riglens.core.kernels.cameras.triangles import SIZES, measure_triangles
 from riglens.core.kernels.rays.bins import Bins
 from riglens.core.kernels.rays.cast import Cast
@@ -92,10 +92,8 @@ def _before(bins: Bins, is_stopped: NDArray[np.bool_]) -> Ids:
     """Return `Mesh.before` of rays that are stopped."""
     if not is_stopped.size:
         return NO_BINS
-    stopped = np.concatenate([[0], np.cumsum(is_stopped[bins.rays])])[bins.first]
-    counts = np.stack([np.diff(stopped), np.diff(bins.first - stopped)]).reshape(2, *bins.sizes)
     before = np.zeros((2, bins.sizes[0] + 1, bins.sizes[1] + 1), np.int64)
-    before[:, 1:, 1:] = counts.cumsum(axis=1).cumsum(axis=2)
+    count_before(bins, is_stopped, before)
     return before
 
 

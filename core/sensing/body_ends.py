@@ -228,23 +228,14 @@ def barrier_shadow(
     screen = screen_of(sensor)
     if screen is not None:
         return _by_triangle(rays, screen, barrier, empty_box, workers)
-    box = tuple(_least_box(rays.origin, barrier, empty_box).tolist()) if is_image(sensor) else ()
     stops = barrier.stops.tobytes()
     cut, cut_m = _ends(
-        _AtBody(rays_of(sensor), id(barrier.tree.corners), stops, barrier.start_m, box, barrier, workers)
+        _AtBody(rays_of(sensor), id(barrier.tree.corners), stops, barrier.start_m, barrier, workers)
     )
-    return _ended(rays, cut.astype(np.int64), cut_m, empty_box)
+    from riglens.core.kernels.body.empty_box import stop_rays  # the compiler
 
-
-def _least_box(
-    place: NDArray[np.float64], barrier: Barrier, empty_box: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Return the box around the car and a place if the empty box holds it, else the empty box: those of scores and of
-    objects differ, and share a shadow."""
-    car = barrier.tree.bounds[0]
-    least = np.concatenate([np.minimum(car[:3], place), np.maximum(car[3:], place)])
-    is_held = (empty_box[:3] <= least[:3]).all() and (least[3:] <= empty_box[3:]).all()
-    return least if is_held else empty_box
+    is_stopped = np.zeros(len(rays.rows), np.bool_)
+    return Shadow(is_stopped, *stop_rays(rays, cut, cut_m, empty_box, is_stopped))
 
 
 def _no_shadow(rays: int) -> Shadow:
@@ -294,37 +285,22 @@ class _AtBody:
     tree: int
     stops: bytes = field(repr=False)
     start_m: float
-    empty_box: tuple[float, ...]
     barrier: Barrier = field(compare=False, repr=False)
     workers: int = field(compare=False)
 
 
 @SHADOWS.of
 def _ends(at: _AtBody) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
-    """Return which rays a body stops, in rising order, and at which distances in metres, 0 for some in the empty box:
-    each triangle is offered to the rays of a picture that can meet it, other rays search the tree one by one."""
-    from riglens.core.kernels.body import lens_shadow, solid  # the compiler
+    """Return which rays a body stops, in rising order, and at which distances in metres: each triangle is offered to the
+    rays of a picture that can meet it, other rays search the tree one by one."""
+    from riglens.core.kernels.body import empty_box, lens_shadow, solid  # the compiler
 
     rays = rays_in_metres(at.sensor)
     ends = np.full(len(rays.rows) * len(rays.planes), np.inf)
     if is_image(at.sensor):
-        how = rays, tiled(at.sensor), *at.barrier, np.array(at.empty_box)
+        how = rays, tiled(at.sensor), *at.barrier
         in_threads(at.workers, lambda share: lens_shadow.find_lens_ends(*how, share, at.workers, ends))
     else:
         in_threads(at.workers, lambda share: solid.ends_by_tree(rays, *at.barrier, share, at.workers, ends))
-    cut = np.flatnonzero(np.isfinite(ends))
-    return cut.astype(np.int32), ends[cut]
-
-
-def _ended(
-    rays: Cast, cut: NDArray[np.int64], cut_m: NDArray[np.float64], empty_box: NDArray[np.float64]
-) -> Shadow:
-    """Return the shadow of listed rays of which some end at a barrier, in the empty box or not."""
-    is_stopped = np.zeros(len(rays.rows), np.bool_)
-    is_stopped[cut] = True
-    if (empty_box[:3] <= empty_box[3:]).all():
-        from riglens.core.kernels.body.empty_box import ends_outside  # the compiler
-
-        outside = ends_outside(rays, cut, cut_m, empty_box)
-        cut, cut_m = cut[outside], cut_m[outside]
-    return Shadow(is_stopped, cut, cut_m)
+    found: tuple[NDArray[np.int32], NDArray[np.float64]] = empty_box.finite_ends(ends)
+    return found

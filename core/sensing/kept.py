@@ -4,7 +4,6 @@ another, or by their number."""
 from __future__ import annotations
 
 import threading
-from collections import OrderedDict
 from collections.abc import Callable, Hashable
 from functools import wraps
 from typing import Any, Generic, TypeVar
@@ -20,9 +19,9 @@ class KeptAnswers:
 
     def __init__(self, limit_bytes: int) -> None:
         self.limit_bytes = limit_bytes
-        self._answers = OrderedDict[tuple[Callable[..., Any], Hashable], tuple[Any, dict[int, int]]]()
+        self._answers = dict[tuple[Callable[..., Any], Hashable], tuple[Any, dict[int, int]]]()
         """By function and argument, the last used last, with the bytes of the arrays of argument and answer by
-        identity."""
+        identity. An ordered dict would hash all its keys, whole sensors, whenever the bytes are added up."""
         self._used = set[tuple[Callable[..., Any], Hashable]]()
         """Used since the last `release_unused`."""
         self._lock = threading.Lock()
@@ -50,7 +49,7 @@ class KeptAnswers:
                         self._answers[key] = new, _arrays_of((asked, new))
                         self._used.add(key)
                         while len(self._answers) > 1 and self.size_bytes > self.limit_bytes:
-                            self._answers.popitem(last=False)
+                            del self._answers[next(iter(self._answers))]
                 finally:
                     with self._lock:
                         self._finding.pop(key, None)

@@ -72,10 +72,34 @@ def grow_empty_box(words: np.ndarray, shape: np.ndarray, cell: np.ndarray, limit
 
 
 @kernel
-def ends_outside(rays: Cast, cut: np.ndarray, cut_m: np.ndarray, empty_box: np.ndarray) -> np.ndarray:
-    """Return which of some rays (k,), by number, end outside of an empty box, by the distances of their ends (k,)."""
-    outside, o = np.empty(cut.size, np.bool_), rays.origin
+def finite_ends(ends: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return which of some rays (n,) have an end, int32 (k,) in rising order, and where (k,)."""
+    count = 0
+    for ray in range(ends.size):
+        count += ends[ray] < np.inf
+    cut, cut_m, place = np.empty(count, np.int32), np.empty(count), 0
+    for ray in range(ends.size):
+        if ends[ray] < np.inf:
+            cut[place], cut_m[place] = ray, ends[ray]
+            place += 1
+    return cut, cut_m
+
+
+@kernel
+def stop_rays(
+    rays: Cast, cut: np.ndarray, cut_m: np.ndarray, empty_box: np.ndarray, is_stopped: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Note in is_stopped (rays,) that rays end (k,), by number, at distances (k,); return those that end outside of an
+    empty box, and where."""
+    outside, outside_m, count, o = np.empty(cut.size, np.int64), np.empty(cut.size), 0, rays.origin
+    has_box = empty_box[0] <= empty_box[3] and empty_box[1] <= empty_box[4] and empty_box[2] <= empty_box[5]
     for place in range(cut.size):
-        d, t = ray_direction(rays, cut[place]), cut_m[place]
-        outside[place] = not is_in(empty_box, (o[0] + t * d[0], o[1] + t * d[1], o[2] + t * d[2]))
-    return outside
+        ray, t = cut[place], cut_m[place]
+        is_stopped[ray] = True
+        if has_box:
+            d = ray_direction(rays, ray)
+            if is_in(empty_box, (o[0] + t * d[0], o[1] + t * d[1], o[2] + t * d[2])):
+                continue
+        outside[count], outside_m[count] = ray, t
+        count += 1
+    return outside[:count], outside_m[:count]

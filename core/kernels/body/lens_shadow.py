@@ -21,17 +21,20 @@ from riglens.core.kernels.body.face import (
     view_of,
 )
 from riglens.core.kernels.body.screen import in_sensor_axes
-from riglens.core.kernels.body.shadow import is_in, near2
-from riglens.core.kernels.body.solid import EDGE, GROWN, Tree, meet
+from riglens.core.kernels.body.shadow import near2
+from riglens.core.kernels.body.solid import EDGE, Tree, meet
 from riglens.core.kernels.rays.cast import Cast, ray_direction
 from riglens.core.kernels.rays.predicates import Vector
 from riglens.core.kernels.rays.tiles import (
+    AXIS,
     COLUMN,
     COLUMNS,
+    COSINE,
     OWN_RAYS,
     ROW,
     ROWS,
     SIDE_BLUR,
+    SINE,
     Sides,
     TiledRays,
     cuts_of,
@@ -48,13 +51,11 @@ _NEARER = 1.0 - 1e-9
 
 
 class Bar(NamedTuple):
-    """Obstacles of rays: triangles in a tree, a selection of them (t,), the distance from which they count, and the
-    empty_box (6,) as in `kernels.body.shadow`."""
+    """Obstacles of rays: triangles in a tree, a selection of them (t,), and the distance from which they count."""
 
     tree: Tree
     stops: np.ndarray
     start: float
-    empty_box: np.ndarray
 
 
 @lean_inlined
@@ -99,6 +100,20 @@ def _set_ball(place: Vector, radius: float, sides: Sides) -> int:
 
 
 @lean_inlined
+def _is_beside(tile: np.ndarray, place: Vector, radius: float) -> bool:
+    """Return whether a ball at a place in the sensor's axes lies outside the cone around the rays of a tile."""
+    if tile[COSINE] < 0.0:
+        return False
+    x, y, z = place
+    along, square = (
+        x * tile[AXIS] + y * tile[AXIS + 1] + z * tile[AXIS + 2],
+        tile[COSINE] ** 2 + tile[SINE] ** 2,
+    )
+    aside = np.sqrt(max((x * x + y * y + z * z) * square - along * along, 0.0))
+    return bool(aside * tile[COSINE] - along * tile[SINE] > radius * square)
+
+
+@lean_inlined
 def _offer(
     rays: Cast, lens: TiledRays, number: int, c: np.ndarray, bar: Bar, normals: np.ndarray, sides: Sides,
     ends: np.ndarray,
@@ -107,13 +122,11 @@ def _offer(
     low, high = bounds_of(c)
     middle, radius = ball_around(low, high)
     place, tile = in_sensor_axes(rays, middle), lens.tiles[number]
-    nearest = size_of(place) - radius
-    count, is_over = (
-        3,
-        is_in(bar.empty_box, low) and is_in(bar.empty_box, high) and nearest > bar.start + GROWN,
-    )
+    if _is_beside(tile, place, radius):
+        return
+    nearest, count = size_of(place) - radius, 3
     if not _set_edges(view_of(rays, c), normals, sides, nearest + radius, radius):
-        count, is_over = _set_ball(place, radius, sides), False
+        count = _set_ball(place, radius, sides)
     cuts = cuts_of(tile, count, sides)
     if cuts < 0:
         return
@@ -127,12 +140,9 @@ def _offer(
             ray = slot if lens.numbers.size == 0 else int(lens.numbers[slot])
             if ray < 0 or ends[ray] <= nearest:
                 continue
-            if is_over and span[2, row] <= slot - base < span[3, row]:
-                ends[ray] = 0.0
-            else:
-                t, _ = meet(o, ray_direction(rays, ray), c)
-                if bar.start < t < ends[ray]:
-                    ends[ray] = t
+            t, _ = meet(o, ray_direction(rays, ray), c)
+            if bar.start < t < ends[ray]:
+                ends[ray] = t
 
 
 @lean_inlined
@@ -166,7 +176,8 @@ def _end_tile(
         if near2(rays.origin, b) * _NEARER > farthest * farthest:
             continue
         middle, radius = ball_around((b[0], b[1], b[2]), (b[3], b[4], b[5]))
-        if cuts_of(lens.tiles[number], _set_ball(in_sensor_axes(rays, middle), radius, sides), sides) < 0:
+        tile, place = lens.tiles[number], in_sensor_axes(rays, middle)
+        if _is_beside(tile, place, radius) or cuts_of(tile, _set_ball(place, radius, sides), sides) < 0:
             continue
         if tree.leaf[node, 1] == 0:
             near, far = node + 1, tree.skip[node + 1]
@@ -183,13 +194,12 @@ def _end_tile(
 
 @kernel
 def find_lens_ends(
-    rays: Cast, lens: TiledRays, tree: Tree, stops: np.ndarray, start: float, empty_box: np.ndarray, share: int,
-    shares: int, ends: np.ndarray,
+    rays: Cast, lens: TiledRays, tree: Tree, stops: np.ndarray, start: float, share: int, shares: int, ends: np.ndarray
 ) -> None:  # fmt: skip
-    """Write where listed rays, in metres, first meet a solid beyond `start`, to ends (rays,), infinite before; 0 for
-    those that surely do in the empty box. Shares take tiles in turn."""
+    """Write where listed rays, in metres, first meet a solid beyond `start`, to ends (rays,), infinite before. Shares
+    take tiles in turn."""
     normals, stack, sides = np.empty((3, 3)), np.empty(128, np.int64), new_sides()
-    bar = Bar(tree, stops, start, empty_box)
+    bar = Bar(tree, stops, start)
     for number in range(share, lens.tiles.shape[0], shares):
         if lens.tiles[number, OWN_RAYS] > 0.0:
             _end_tile(rays, lens, number, bar, normals, stack, sides, ends)

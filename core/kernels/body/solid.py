@@ -75,12 +75,20 @@ def _passes_triangle(o: Vector, d: Vector, c: np.ndarray) -> tuple[float, float]
 
 
 @lean_inlined
+def _is_well_inside(place: Vector, c: np.ndarray) -> bool:
+    """Return whether a place lies in the box around corners (3, 3), grown by half of GROWN: a ray that is there at t is
+    in the grown box before and after, whatever rounding does."""
+    for axis in range(3):
+        low, high = min(c[0, axis], min(c[1, axis], c[2, axis])), max(c[0, axis], max(c[1, axis], c[2, axis]))
+        if not low - 0.5 * GROWN < place[axis] < high + 0.5 * GROWN:
+            return False
+    return True
+
+
+@lean_inlined
 def meet(o: Vector, d: Vector, c: np.ndarray) -> tuple[float, float]:
     """Return the distance at which a ray meets a triangle of corners (3, 3), inf if it does not, and |cosine| between
     ray and normal."""
-    t0, t1 = _passes_triangle(o, d, c)
-    if t0 > t1:
-        return np.inf, 0.0
     ax, ay, az = c[0, 0], c[0, 1], c[0, 2]
     ux, uy, uz = c[1, 0] - ax, c[1, 1] - ay, c[1, 2] - az
     vx, vy, vz = c[2, 0] - ax, c[2, 1] - ay, c[2, 2] - az
@@ -96,7 +104,12 @@ def meet(o: Vector, d: Vector, c: np.ndarray) -> tuple[float, float]:
         return np.inf, 0.0
     nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
     t = (vx * qx + vy * qy + vz * qz) / volume
-    return min(max(t, t0), t1), abs(volume) / np.sqrt(nx * nx + ny * ny + nz * nz)
+    if not (t > 0.0 and _is_well_inside((o[0] + t * d[0], o[1] + t * d[1], o[2] + t * d[2]), c)):
+        t0, t1 = _passes_triangle(o, d, c)
+        if t0 > t1:
+            return np.inf, 0.0
+        t = min(max(t, t0), t1)
+    return t, abs(volume) / np.sqrt(nx * nx + ny * ny + nz * nz)
 
 
 @lean_inlined

@@ -220,6 +220,20 @@ def _bin_hits(mesh: Mesh, bins: Bins, i: int, j: int, cell: Cell) -> bool:
     return False
 
 
+@kernel
+def count_before(bins: Bins, is_stopped: np.ndarray, before: np.ndarray) -> None:
+    """Write how many rays are stopped, and how many are not, in the bins before, as `Mesh.before`, all 0 before."""
+    for i in range(bins.sizes[0]):
+        stopped, free = 0, 0
+        for j in range(bins.sizes[1]):
+            here = i * bins.sizes[1] + j
+            for place in range(bins.first[here], bins.first[here + 1]):
+                is_one = is_stopped[bins.rays[place]]
+                stopped, free = stopped + is_one, free + (not is_one)
+            before[STOPPED, i + 1, j + 1] = before[STOPPED, i, j + 1] + stopped
+            before[FREE, i + 1, j + 1] = before[FREE, i, j + 1] + free
+
+
 @lean_inlined
 def _count(mesh: Mesh, kind: int, across: tuple[int, int], up: tuple[int, int]) -> int:
     """Count the STOPPED or FREE rays of a range of bins, from and to along both axes; -1 where none is stopped."""
@@ -232,18 +246,29 @@ def _count(mesh: Mesh, kind: int, across: tuple[int, int], up: tuple[int, int]) 
 
 
 @lean_inlined
-def _is_free(
+def _free_or_stopped(
     mesh: Mesh, bins: Bins, low: tuple[float, float, float], high: tuple[float, float, float]
-) -> bool:
-    """Return whether no ray is stopped that is a corner of a triangle that holds a place between two, seen from the
-    camera."""
+) -> int:
+    """Return FREE where no ray is stopped that is a corner of a triangle that holds a place between two, seen from the
+    camera, STOPPED where all rays are that meet a voxel with its centre between them, else -1."""
     x0, y0, z0 = rotated_back(mesh.rotation, low)
     x1, y1, z1 = rotated_back(mesh.rotation, high)
-    if min(x0, x1) < 0.5:
-        return False
-    from_u, to_u = min(y0 / x0, y1 / x1) - mesh.apart[0], max(y0 / x0, y1 / x1) + mesh.apart[0]
-    from_v, to_v = min(z0 / x0, z1 / x1) - mesh.apart[1], max(z0 / x0, z1 / x1) + mesh.apart[1]
-    return _count(mesh, STOPPED, bins_around(bins, 0, from_u, to_u), bins_around(bins, 1, from_v, to_v)) == 0
+    nearest = min(x0, x1)
+    if nearest < 0.5:
+        return -1
+    left, right = min(y0 / x0, y1 / x1), max(y0 / x0, y1 / x1)
+    bottom, top = min(z0 / x0, z1 / x1), max(z0 / x0, z1 / x1)
+    u, v = mesh.apart[0], mesh.apart[1]
+    across, up = bins_around(bins, 0, left - u, right + u), bins_around(bins, 1, bottom - v, top + v)
+    if _count(mesh, STOPPED, across, up) == 0:
+        return FREE
+    if nearest < 2.0 * SPHERE:
+        return -1
+    # a corner c + e of a voxel lies at (y + e_y) / (x + e_x), |e| < SPHERE: at most this far from y / x
+    share = SPHERE / (nearest - SPHERE)
+    u, v = share * (1.0 + max(abs(left), abs(right))), share * (1.0 + max(abs(bottom), abs(top)))
+    across, up = bins_around(bins, 0, left - u, right + u), bins_around(bins, 1, bottom - v, top + v)
+    return STOPPED if _count(mesh, FREE, across, up) == 0 else -1
 
 
 @lean
@@ -274,8 +299,11 @@ def any_ray_hits(mesh: Mesh, bins: Bins, cell: Cell, work: np.ndarray) -> bool:
     turn_i, turn_j = from_i + to_i > bins.sizes[0], from_j + to_j > bins.sizes[1]
     for across in range(to_i - from_i + 1):
         i = from_i + across if turn_i else to_i - across
+        if _count(mesh, FREE, (i, i), (from_j, to_j)) == 0:
+            continue
         for up in range(to_j - from_j + 1):
-            if _bin_hits(mesh, bins, i, from_j + up if turn_j else to_j - up, cell):
+            j = from_j + up if turn_j else to_j - up
+            if _count(mesh, FREE, (i, i), (j, j)) != 0 and _bin_hits(mesh, bins, i, j, cell):
                 return True
     return False
 
@@ -317,17 +345,24 @@ def _mark_inside(
     work: np.ndarray,
 ) -> None:
     """Mark the hit levels among first..end-1 of a column, whose centres are all in the mesh: all, where no ray around
-    them is stopped."""
+    them is stopped, none, where all are. Halves a run until one of the two is known."""
     x, y, z = column[0] + 0.5 - mesh.origin[0], column[1] + 0.5 - mesh.origin[1], 0.5 - mesh.origin[2]
-    first, end = levels
-    if mesh.is_stopped.size == 0 or _is_free(mesh, bins, (x, y, z + first), (x, y, z + end - 1.0)):
-        mark_levels(marks, column[2], first, end - 1)
+    if mesh.is_stopped.size == 0:
+        mark_levels(marks, column[2], levels[0], levels[1] - 1)
         return
-    for level in range(first, end):
-        if _is_free(mesh, bins, (x, y, z + level), (x, y, z + level)):
-            mark_levels(marks, column[2], level, level)
-        else:
-            _test_levels(mesh, bins, column, (level, level + 1), keep, marks, work)
+    first, last, wide = levels[0], levels[1], levels[1] - levels[0]
+    while first < last:
+        wide = min(wide, last - first)
+        end = first + wide
+        kind = _free_or_stopped(mesh, bins, (x, y, z + first), (x, y, z + end - 1.0))
+        if kind < 0 and wide > 1:
+            wide = (wide + 1) // 2
+            continue
+        if kind == FREE:
+            mark_levels(marks, column[2], first, end - 1)
+        elif kind < 0:
+            _test_levels(mesh, bins, column, (first, end), keep, marks, work)
+        first, wide = end, 2 * wide
 
 
 @lean

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from riglens.core.kernels.body.empty_box import ends_outside
+from riglens.core.kernels.body.empty_box import finite_ends, stop_rays
 from riglens.core.kernels.body.stops import set_stops
 from riglens.core.sensing.body_ends import rays_in_metres
 from riglens.core.sensing.rays import sensor_rays
@@ -32,9 +32,17 @@ def test_bits_and_last_ends_are_those_of_each_ray(is_turned: bool) -> None:
 def test_ends_in_the_empty_box_are_told_from_those_outside() -> None:
     sensor = camera((0.3, -0.2, 1.4))
     rng, count = np.random.default_rng(4), sensor.ray_count
-    cut, box = np.sort(rng.choice(count, count // 2, False)), np.array([-1.0, -1.0, 0.5, 2.0, 1.0, 1.8])
-    cut_m = rng.uniform(0.0, 4.0, cut.size)
+    ends = np.where(rng.random(count) < 0.5, rng.uniform(0.0, 4.0, count), np.inf)
+    cut, cut_m = finite_ends(ends)
+    np.testing.assert_array_equal(cut, np.flatnonzero(ends < np.inf))
+    np.testing.assert_array_equal(cut_m, ends[cut])
+    box, no_box = np.array([-1.0, -1.0, 0.5, 2.0, 1.0, 1.8]), np.array([1.0, 1.0, 1.0, -1.0, -1.0, -1.0])
     places = np.array(sensor.position) + sensor_rays(sensor, cut).directions * cut_m[:, None]
-    expected = ~((box[:3] <= places) & (places <= box[3:])).all(axis=1)
-    assert 0 < expected.sum() < cut.size
-    np.testing.assert_array_equal(ends_outside(rays_in_metres(sensor), cut, cut_m, box), expected)
+    is_inside = ((box[:3] <= places) & (places <= box[3:])).all(axis=1)
+    assert 0 < is_inside.sum() < cut.size
+    for empty_box, outside in ((box, ~is_inside), (no_box, np.ones(cut.size, np.bool_))):
+        is_stopped = np.zeros(count, np.bool_)
+        found, found_m = stop_rays(rays_in_metres(sensor), cut, cut_m, empty_box, is_stopped)
+        np.testing.assert_array_equal(is_stopped, ends < np.inf)
+        np.testing.assert_array_equal(found, cut[outside])
+        np.testing.assert_array_equal(found_m, cut_m[outside])
