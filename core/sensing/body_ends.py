@@ -291,8 +291,8 @@ class _AtBody:
 
 @SHADOWS.of
 def _ends(at: _AtBody) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
-    """Return which rays a body stops, in rising order, and at which distances in metres: each triangle is offered to the
-    rays of a picture that can meet it, other rays search the tree one by one."""
+    """Return which rays a body stops, in rising order, and at which distances in metres: each triangle is offered to
+    the rays of a picture that can meet it, other rays search the tree one by one."""
     from riglens.core.kernels.body import empty_box, lens_shadow, solid  # the compiler
 
     rays = rays_in_metres(at.sensor)
