@@ -83,6 +83,12 @@ class _Engines:
         return Engine(self._field, self._threads) if self._first is None else self._first.voxels
 
     @cached_property
+    def voxels_anew(self) -> Engine:
+        """An engine of voxels that holds no sensor on its own."""
+        assert self._field is not None
+        return Engine(self._field, self._threads, for_edits=False)
+
+    @cached_property
     def objects(self) -> TargetEngine:
         """The engine of objects."""
         assert self._traffic is not None
@@ -124,18 +130,21 @@ class Evaluator:
         cancel: IsStale = never_stale,
         settings: EvaluationSettings | None = None,
         with_seen: bool = False,
+        anew: bool = False,
     ) -> Evaluated:
         """Evaluate a rig for figures with these needs, as far as the scene has what they take.
 
         frames: of the sampling order in which objects are counted, all by default; stance: of the car, for a rig whose
         poses are those of a car that stands otherwise than on level ground; settings: other ones than the evaluator's;
-        with_seen: keep the voxels that the sensors of each kind see.
+        with_seen: keep the voxels that the sensors of each kind see; anew: find voxels from scratch, faster for a rig
+        of which all sensors have moved; what is held of those of the last one stays.
         Raise Cancelled as soon as `cancel` returns True.
         """
         how = settings or self.settings
         found = Evaluated(rig, how, self.field)
         if "voxels" in needs and self.field is not None:
-            voxels = self.voxels.evaluate(rig, how.metric, with_seen, stance, cancel)
+            engine = self._engines.voxels_anew if anew else self.voxels
+            voxels = engine.evaluate(rig, how.metric, with_seen, stance, cancel)
             found = replace(found, voxels=voxels)
         if "objects" in needs and self.traffic is not None:
             objects = self._engines.objects.evaluate(rig, how.targets, frames, stance, cancel)

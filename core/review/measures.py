@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -12,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from riglens.core.errors import IsStale, never_stale
-from riglens.core.figures.evaluated import Evaluated, Evaluator
+from riglens.core.figures.evaluated import Evaluated, Evaluator, Need
 from riglens.core.figures.figure import Estimate, Figure
 from riglens.core.figures.objects import ObjectFigure
 from riglens.core.figures.registry import tolerated_figures
@@ -51,6 +52,7 @@ class Measures:
     def __init__(self, evaluate: Evaluator, frames: int | None = None, designed: Rig | None = None) -> None:
         self._evaluate, self._frames, self._designed = evaluate, frames, designed
         self._of_design: _Designed | None = None
+        self._last: Rig | None = None
         wanted = tolerated_figures()
         self._of_voxels = tuple(one for one in wanted if one.needs == "voxels")
         self._of_objects = tuple(one for one in wanted if isinstance(one, ObjectFigure))
@@ -82,12 +84,14 @@ class Measures:
 
     def _found(self, rig: Rig, stance: Pose, cancel: IsStale) -> Evaluated:
         """Evaluate a rig: its objects are counted while its voxels are evaluated, where there are threads for both."""
-        used, most = self.frames
+        (used, most), last, self._last = self.frames, self._last, rig
+        anew = last is not None and not any(map(operator.eq, rig.sensors, last.sensors))
         if not most or self._evaluate.threads == 1:
-            return self._moved(rig, ("voxels", "objects") if most else ("voxels",), used, stance, cancel)
+            needs: tuple[Need, ...] = ("voxels", "objects") if most else ("voxels",)
+            return self._moved(rig, needs, used, stance, cancel, anew=anew)
         with ThreadPoolExecutor(1) as other:
             counting = other.submit(self._moved, rig, ("objects",), used, stance, cancel)
-            voxels = self._moved(rig, ("voxels",), None, stance, cancel)
+            voxels = self._moved(rig, ("voxels",), None, stance, cancel, anew=anew)
             return replace(voxels, objects=counting.result().objects)
 
     def _as_designed(self, cancel: IsStale) -> _Designed:

@@ -104,7 +104,8 @@ class TargetEngine:
         asked = dict.fromkeys([*wanted.values(), *unblocked.values()])
         shown = self._shown | asked.keys()
         self._held = {shape: held for shape, held in self._held.items() if shape in shown}
-        for shape in reversed(asked):  # voxels, often evaluated meanwhile, begin with the first: each shadow is made once
+        # from the last on: voxels, often evaluated meanwhile, begin with the first, so neither waits for shadows
+        for shape in reversed(asked):
             if not self._extend(shape, span.stop, cancel):
                 raise Cancelled
         self._shown = set(asked)

@@ -398,11 +398,20 @@ ROOF_EDGE: list[Sensor] = [
         ((4.0, 8.0, 5.0), (800, 450)),
     )
 ] + [spinning((0.01, 0.12, 1.62), rpy, 32, 720) for rpy in ((0.0, 0.0, 5.0), (1.0, 3.0, 5.0))]
+ROOF_EDGE.append(
+    Camera(
+        name="C", position=(1.25, 0.91, 0.95), rpy_deg=(0.0, 5.0, 140.0), fx=1000.0, fy=1000.0, cx=960.0, cy=600.0,
+        distortion=BrownConrady(k1=-0.1, p1=0.004), cast=(480, 300),
+    )
+)  # fmt: skip
 
 
-@pytest.mark.parametrize("sensor", ROOF_EDGE, ids=["upright", "pitched", "rolled", "lidar", "tilted-lidar"])
+@pytest.mark.parametrize(
+    "sensor", ROOF_EDGE, ids=["upright", "pitched", "rolled", "lidar", "tilted-lidar", "bent-lens"]
+)
 def test_dense_sensors_on_the_car_see_what_single_rays_see(sensor: Sensor) -> None:
-    """Sensors just above a sedan's roof, which takes a part of their rays and leaves others free."""
+    """Sensors on a sedan, which takes a part of their rays and leaves others free; what another sensor of their kind
+    has marked in the same set stays."""
     field = random_field(grid_of(60, 60, 20, 0.4), np.random.default_rng(3), share=0.4)
     solid, window = solid_of(Vehicle()), Caster(field).window(sensor)
     barrier, found = barrier_of(sensor, solid), []
@@ -416,3 +425,7 @@ def test_dense_sensors_on_the_car_see_what_single_rays_see(sensor: Sensor) -> No
     assert 0.0 < np.isfinite(ends).mean() < 0.9
     np.testing.assert_array_equal(found[0], single & field.index.words)
     np.testing.assert_array_equal(found[1], found[0])
+    before = field.index.words & np.random.default_rng(4).integers(0, 2**64, single.size, np.uint64)
+    both = before.copy()
+    assert caster.mark(sensor, "exact", window, both, barrier=barrier)
+    np.testing.assert_array_equal(both & field.index.words, before | found[0])

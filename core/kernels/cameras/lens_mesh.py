@@ -317,6 +317,13 @@ def _level_above(height: float, mesh: Mesh) -> int:
 
 
 @lean_inlined
+def _is_asked(column: tuple[int, int, int], level: int, keep: np.ndarray, marks: np.ndarray) -> bool:
+    """Return whether a level of a column is kept and not yet marked."""
+    word = column[2] + (level >> 6)
+    return bool(keep[word] & ~marks[word] & (np.uint64(1) << np.uint64(level & 63)) != 0)
+
+
+@lean_inlined
 def _test_levels(
     mesh: Mesh,
     bins: Bins,
@@ -328,10 +335,10 @@ def _test_levels(
 ) -> None:
     """Mark those levels first..end-1 of a column (ix, iy, first word) that are kept, not yet marked, and hit."""
     for level in range(levels[0], levels[1]):
-        word, bit = column[2] + (level >> 6), np.uint64(1) << np.uint64(level & 63)
-        is_asked = keep[word] & ~marks[word] & bit != 0
-        if is_asked and any_ray_hits(mesh, bins, (column[0], column[1], level), work):
-            marks[word] |= bit
+        if _is_asked(column, level, keep, marks) and any_ray_hits(
+            mesh, bins, (column[0], column[1], level), work
+        ):
+            marks[column[2] + (level >> 6)] |= np.uint64(1) << np.uint64(level & 63)
 
 
 @lean_inlined
@@ -350,7 +357,12 @@ def _mark_inside(
     if mesh.is_stopped.size == 0:
         mark_levels(marks, column[2], levels[0], levels[1] - 1)
         return
-    first, last, wide = levels[0], levels[1], levels[1] - levels[0]
+    first, last = levels
+    while first < last and not _is_asked(column, first, keep, marks):
+        first += 1
+    while first < last and not _is_asked(column, last - 1, keep, marks):
+        last -= 1
+    wide = last - first
     while first < last:
         wide = min(wide, last - first)
         end = first + wide
@@ -369,7 +381,7 @@ def _mark_inside(
 def _mark_column(
     mesh: Mesh, bins: Bins, ix: int, iy: int, keep: np.ndarray, marks: np.ndarray, work: np.ndarray
 ) -> None:
-    """Mark the voxels of one column that a ray traverses and whose centre is nearer than the limit."""
+    """Mark the voxels of one column that a ray traverses, whose centre is nearer than the limit."""
     column = (ix, iy, (ix * mesh.shape[1] + iy) * ((mesh.shape[2] + 63) // 64))
     x, y = ix + 0.5 - mesh.origin[0], iy + 0.5 - mesh.origin[1]
     squared, most = x * x + y * y, mesh.limit * mesh.limit
@@ -420,8 +432,8 @@ def mark_mesh(
             first, end = max(np.floor(low), float(mesh.box[2])), min(np.ceil(high) + 1.0, float(mesh.box[3]))
             for iy in range(int(first), int(end)):
                 base = (ix * ny + iy) * depth
-                occupied = keep[base]
-                for part in range(1, depth):
-                    occupied |= keep[base + part]
-                if occupied != 0:
+                asked = np.uint64(0)
+                for part in range(depth):
+                    asked |= keep[base + part] & ~marks[base + part]
+                if asked != 0:
                     _mark_column(mesh, bins, ix, iy, keep, marks, work)

@@ -323,6 +323,18 @@ def test_only_what_an_error_moves_is_cast_again(monkeypatch: pytest.MonkeyPatch)
             assert cast == [moved.sensors[number].position]
 
 
+def test_a_rig_has_the_same_figures_whichever_was_measured_before() -> None:
+    """Of one rig all sensors have moved, of the next one alone, of another none."""
+    rng = np.random.default_rng(6)
+    field, traffic, rig = random_field(SMALL, rng), some_traffic(rng), random_rig(rng, 3)
+    one, every = np.zeros(errors_count(rig)), rng.uniform(-1.0, 1.0, errors_count(rig))
+    one[0] = 1.0
+    rigs = [disturbed(rig, profile_called("service"), errors) for errors in (every, one, 0.0 * one, -every)]
+    measures = Measures(Evaluator(field, traffic), 5)
+    for number in rng.integers(0, len(rigs), 12):
+        assert measures(*rigs[number]) == Measures(Evaluator(field, traffic), 5)(*rigs[number])
+
+
 def test_the_worst_rig_is_magnified_to_be_seen() -> None:
     rig, profile = looking_down(), profile_called("assembly")
     found = tolerance(rig, profile, ring_m, 8, with_sensitivities=False)
