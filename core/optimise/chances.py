@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from riglens.core.errors import InputError
 from riglens.core.figures.figure import Figure
 from riglens.core.figures.hits import ENOUGH_POINTS, MISSED, SEEN_BY_CAMERAS, SHARE_1, SHARE_5
 from riglens.core.figures.predicted import FOUND, PREDICTED
@@ -63,26 +64,24 @@ class Chances:
         return self.offset + self.sign * share
 
 
-def has_chances(figure: Figure) -> bool:
-    """Return whether a figure is made of chances."""
-    return figure.key in _makers(TargetSettings())
+def made_of_chances() -> frozenset[str]:
+    """Return the keys of the figures that are made of chances."""
+    return frozenset(_makers(TargetSettings()))
 
 
 def _makers(settings: TargetSettings) -> dict[str, Callable[[], Chances]]:
-    """Return what makes the chances of figures, by key."""
-    calibration, recall = settings.calibration or shipped(), settings.recall
+    """Return what makes the chances of figures, by key; calibrations are read when they are asked for."""
     alone = [kind for kind in further_kinds(kind.name for kind in kinds()) if _detects_alone(kind)]
     missed = partial(Chances, _from(settings.min_points), _detected, offset=1.0, sign=-1.0)
     found: dict[str, Callable[[], Chances]] = {
-        PREDICTED.key: lambda: _calibrated(calibration, _by_cameras(calibration)),
+        PREDICTED.key: lambda: _predicted(settings.calibration or shipped()),
+        FOUND.key: lambda: _found(settings.recall),
         SEEN_BY_CAMERAS.key: lambda: Chances(_NO_LIDARS, _shown),
         SHARE_1.key: lambda: Chances(_from(1), _by_none),
         SHARE_5.key: lambda: Chances(_from(5), _by_none),
         ENOUGH_POINTS.key: lambda: Chances(_from(settings.min_points), _by_none),
         **{kind.name: lambda: Chances(_NO_LIDARS, _detected) for kind in alone},
     }
-    if recall is not None:
-        found[FOUND.key] = lambda: _calibrated(recall, _by_none, recall.domain)
     if all(map(_detects_alone, further_kinds(kind.name for kind in kinds()))):
         found[MISSED.key] = missed
     return found
@@ -91,6 +90,16 @@ def _makers(settings: TargetSettings) -> dict[str, Callable[[], Chances]]:
 def _detects_alone(kind: AnyKind) -> bool:
     """Return whether hits of several sensors of a kind are worth no more than those of the best of them."""
     return kind.hits.measure == "pixels" or kind.hits.threshold <= 1
+
+
+def _predicted(calibration: Calibration) -> Chances:
+    return _calibrated(calibration, _by_cameras(calibration))
+
+
+def _found(recall: Calibration | None) -> Chances:
+    if recall is None:
+        raise InputError("must be one of recall for the objective found (got one of AP)", "calibration")
+    return _calibrated(recall, _by_none, recall.domain)
 
 
 def _calibrated(calibration: Calibration, of_others: OfOthers, domain: Domain | None = None) -> Chances:

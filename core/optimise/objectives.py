@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
@@ -12,7 +12,7 @@ from riglens.core.figures.figure import Figure
 from riglens.core.figures.hits import ON_TARGET, TALL
 from riglens.core.figures.objects import ObjectFigure
 from riglens.core.figures.registry import figures
-from riglens.core.optimise.chances import has_chances
+from riglens.core.optimise.chances import made_of_chances
 from riglens.core.rig.model import Rig, Sensor
 from riglens.core.sensors.lidar import LIDAR
 
@@ -56,9 +56,9 @@ class Objective:
 
 def objectives() -> Mapping[str, Objective]:
     """Return the objectives by key, in the order of the registry of figures."""
-    found = dict[str, Objective]()
+    found, of_chances = dict[str, Objective](), made_of_chances()
     for figure in figures():
-        if (tables := _tables_of(figure)) is not None:
+        if (tables := _tables_of(figure, of_chances)) is not None:
             found[figure.key] = Objective(
                 figure.key, figure.title, figure.question, figure, tables, _kinds_of(figure)
             )
@@ -87,11 +87,11 @@ def objective_named(key: str) -> Objective:
     return known[key]
 
 
-def _tables_of(figure: Figure) -> Tables | None:
+def _tables_of(figure: Figure, of_chances: Collection[str]) -> Tables | None:
     """Return what tables of a figure are made of; None for one that no search can improve."""
     if figure.key in _TABLES:
         return _TABLES[figure.key]
-    if has_chances(figure):
+    if figure.key in of_chances:
         return "chances"
     if isinstance(figure, VoxelFigure):
         return None if figure.covered_by is None else "voxels"

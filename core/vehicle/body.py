@@ -34,16 +34,17 @@ from riglens.core.vehicle.surface import (
     strip,
     superellipsoid,
 )
-from riglens.core.vehicle.wheels import axle, axles_x, housing_reach_m
+from riglens.core.vehicle.wheels import OUTER_M, axle, axles_x, housing_reach_m
 
 Axles = list[tuple[float, float]]
 """For each axle its x, and the distance of its wheel housings from the car's middle plane, metres."""
+_WALLS = "arch walls"
+_ON_EDGE_M, _INTO_HOUSING_M = 5e-3, 0.05
 _OVERLAP_M = 0.02
 _FACING_METRES = 0.4
 _MIN_FACING = {"+x": 0.30, "-x": 0.30, "|y|": 0.45, "+z": 0.5, "-z": 0.7}
 
 
-@lru_cache(maxsize=4)
 def body_parts(vehicle: Vehicle) -> tuple[tuple[str, Surface], ...]:
     """Return surfaces of the vehicle in its own frame (metres), one per material, with exactly the vehicle's size.
 
@@ -51,14 +52,28 @@ def body_parts(vehicle: Vehicle) -> tuple[tuple[str, Surface], ...]:
     as in a registration document. InputError for an unknown body. The car drawn last is kept on disk, because the next
     start is likely to show it again.
     """
+    return tuple((material, mesh) for material, mesh in _kept(vehicle) if material != _WALLS)
+
+
+def arch_walls(vehicle: Vehicle) -> tuple[Surface, ...]:
+    """Return walls from the edges of the wheel arches into the housings, for pictures.
+
+    The skin is drawn from outside alone: without them a look past a wheel goes through the car.
+    """
+    return tuple(mesh for material, mesh in _kept(vehicle) if material == _WALLS)
+
+
+@lru_cache(maxsize=4)
+def _kept(vehicle: Vehicle) -> Painted:
     if vehicle.body not in PARAMETRIC_BODIES:
         known = " or ".join(sorted(PARAMETRIC_BODIES))
         raise InputError(f"vehicle.body must be {known} (got '{vehicle.body}')")
-    return tuple(stored_surfaces("finished", lambda: _finished(vehicle), of=vehicle))
+    return stored_surfaces("finished", lambda: _finished(vehicle), of=vehicle)
 
 
 def _finished(vehicle: Vehicle) -> Painted:
-    """Return the profile's surfaces in the size of a vehicle, with mirrors and wheels, one mesh per material."""
+    """Return the profile's surfaces in the size of a vehicle, with mirrors and wheels, one mesh per material, and the
+    walls of the wheel arches."""
     profile = profile_of(vehicle.body)
     painted = stored_surfaces(
         vehicle.body, lambda: _shell(profile) + _cabin(profile) + _blocks(profile.blocks)
@@ -78,7 +93,28 @@ def _finished(vehicle: Vehicle) -> Painted:
     for material, mesh in painted:
         if len(mesh.triangles):
             merged.setdefault(material, []).append(mesh)
-    return [(material, join(meshes)) for material, meshes in merged.items()]
+    finished = [(material, join(meshes)) for material, meshes in merged.items()]
+    return [*finished, (_WALLS, _arch_walls(dict(finished)["trim"], profile, both_x, vehicle))]
+
+
+def _arch_walls(
+    trim: Surface, profile: BodyProfile, both_x: tuple[float, float], vehicle: Vehicle
+) -> Surface:
+    """Return walls from the edges of arches, which are among those of the trim, to the housings."""
+    scale = vehicle.height / profile.height_m
+    edges = trim.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    x, z = trim.points[:, 0], trim.points[:, 2] - scale * profile.wheel_radius_m
+    found = []
+    for axle_x in both_x:
+        is_on_edge = np.abs(np.hypot(x - axle_x, z) - scale * profile.arch_radius_m) < _ON_EDGE_M
+        found.append(edges[is_on_edge[edges].all(axis=1)])
+    outer = trim.points[np.concatenate(found)]
+    inner, deep = outer.copy(), vehicle.width / 2 - OUTER_M - _INTO_HOUSING_M
+    inner[..., 1] = np.clip(inner[..., 1], -deep, deep)
+    points = np.concatenate([outer, inner], axis=1).reshape(-1, 3)
+    corners = np.array([[0, 1, 2], [1, 3, 2]], np.int64)
+    triangles = (4 * np.arange(len(outer))[:, None, None] + corners).reshape(-1, 3)
+    return Surface(points, np.tile([0.0, 0.0, -1.0], (len(points), 1)), triangles)
 
 
 def _shell(profile: BodyProfile) -> Painted:

@@ -68,6 +68,8 @@ class Painted:
 
     def mirror(self, eye_m: Points | None, is_dark: bool) -> None:
         """Paint on what is mirrored towards an eye at a place (3,), or nothing."""
+        if not self.gloss.any():
+            return
         shown, clear = self.dull, np.full((len(self.dull), 1), _CLEARNESS)
         if eye_m is not None:
             sight = self.points - eye_m
@@ -96,7 +98,7 @@ def painted(parts: Parts, vehicle: Vehicle, palette: Palette) -> list[Painted]:
     inside = [(parts[_INSIDE], materials[_INSIDE], _INSIDE)] if _INSIDE in parts else []
     if _CLEAR in parts:
         seats = Material(_SEATS, 0.35, 0.6)
-        inside += [(mesh, seats, "") for mesh in _seats(vehicle)]
+        inside.append((_seats(vehicle), seats, ""))
     if inside:
         made.append(_painted(inside, culls=False))
     if _CLEAR in parts:
@@ -149,13 +151,14 @@ def surroundings(directions: Points, is_dark: bool) -> Points:
     sky = mid + (high - mid) * np.clip(1.5 * up, 0.0, 1.0) ** 0.6
     light = np.where(up < 0.0, floor, sky)
     around, above = np.arctan2(y, x), np.arcsin(np.clip(z, -1.0, 1.0))
+    from_boxes = np.zeros(len(z))
     for azimuth, wide, elevation, tall, power in _BOXES:
         across = np.abs((around - azimuth + np.pi) % (2.0 * np.pi) - np.pi)
         inside = np.clip((wide - across) / 0.35, 0.0, 1.0) * np.clip(
             (tall - np.abs(above - elevation)) / 0.2, 0.0, 1.0
         )
-        light = light + (boxes * power * inside)[:, None] * np.array([1.0, 0.98, 0.94])
-    return np.asarray(light)
+        from_boxes += boxes * power * inside
+    return np.asarray(light + from_boxes[:, None] * np.array([1.0, 0.98, 0.94]))
 
 
 _STUDIO = {
@@ -172,7 +175,7 @@ _BOXES = (
 
 
 @lru_cache(maxsize=4)
-def _seats(vehicle: Vehicle) -> tuple[pv.PolyData, ...]:
+def _seats(vehicle: Vehicle) -> pv.PolyData:
     """Return a floor and four seats inside a car of this size, made for the sedan."""
     scale = np.array([vehicle.length / 4.6, vehicle.width / 1.86, vehicle.height / 1.45])
     bounds = [(-1.55, 1.0, -0.66, 0.66, 0.5, 0.78)]
@@ -180,13 +183,7 @@ def _seats(vehicle: Vehicle) -> tuple[pv.PolyData, ...]:
         for y in (-0.36, 0.36):
             bounds.append((x, x + 0.14, y - 0.24, y + 0.24, 0.7, 1.16))
             bounds.append((x, x + 0.1, y - 0.13, y + 0.13, 1.18, 1.30))
-    made = []
-    for box in bounds:
-        mesh = (
-            pv.Box(box)
-            .triangulate()
-            .compute_normals(cell_normals=False, split_vertices=True, feature_angle=30)
-        )
-        mesh.points = np.asarray(mesh.points) * scale
-        made.append(mesh)
-    return tuple(made)
+    boxes = appended([pv.Box(box) for box in bounds]).triangulate()
+    made: pv.PolyData = boxes.compute_normals(cell_normals=False, split_vertices=True, feature_angle=30)
+    made.points = np.asarray(made.points) * scale
+    return made

@@ -8,18 +8,22 @@ import pytest
 from riglens.core.engine.engine import Engine
 from riglens.core.errors import InputError
 from riglens.core.figures.objects import ObjectFigure
+from riglens.core.figures.predicted import FOUND
 from riglens.core.metric.scores import MetricSettings
 from riglens.core.optimise.additions import Additions
+from riglens.core.optimise.chances import Chances
 from riglens.core.optimise.guard import ObjectSampler
 from riglens.core.optimise.makers import TableMaker, maker_of
-from riglens.core.optimise.objectives import WORST, objective_named
+from riglens.core.optimise.objectives import WORST, objective_named, objectives
 from riglens.core.optimise.problem import Problem
 from riglens.core.optimise.tables import UNIT, CoverTable
 from riglens.core.optimise.weights import EVEN, Weights
 from riglens.core.review.mounts import MountLimits
 from riglens.core.rig.model import Rig
 from riglens.core.scene.boxes import CLASSES
+from riglens.core.targets.calibration import Calibration, shipped, shipped_recall
 from riglens.core.targets.engine import TargetEngine
+from riglens.core.targets.settings import TargetSettings
 from riglens.core.targets.traffic import Traffic
 from tests.core.builders import grid_of, random_field
 from tests.core.optimise.problems import proposed
@@ -165,6 +169,22 @@ def test_the_worst_failure_is_that_of_the_engine_and_its_bound_holds(traffic: Tr
     assert len(added) == 4
     fewer = proposed(replace(problem, additions=replace(problem.additions, count=1)))
     assert found.bound_value is not None and found.bound_value >= found.best.value >= fewer.best.value
+
+
+def test_objectives_are_listed_without_reading_a_calibration(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The window lists them before its first picture."""
+
+    def unread(*_: object) -> Calibration:
+        raise AssertionError("read")
+
+    monkeypatch.setattr("riglens.core.targets.calibration.read_calibration", unread)
+    shipped.cache_clear(), shipped_recall.cache_clear()
+    assert {"predicted", "found", "missed"} <= objectives().keys()
+
+
+def test_an_objective_of_recall_takes_no_calibration_of_precision() -> None:
+    with pytest.raises(InputError, match="calibration must be one of recall"):
+        Chances.of(FOUND, TargetSettings(calibration=shipped()))
 
 
 def test_what_an_objective_lacks_is_refused_in_one_line(traffic: Traffic) -> None:

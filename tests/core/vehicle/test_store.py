@@ -9,7 +9,7 @@ import pytest
 from riglens.core.rig.model import Vehicle
 from riglens.core.vehicle import body
 from riglens.core.vehicle import store as body_store
-from riglens.core.vehicle.body import body_parts
+from riglens.core.vehicle.body import arch_walls, body_parts
 from riglens.core.vehicle.store import stored_surfaces
 from riglens.core.vehicle.surface import NO_SURFACE, Surface, superellipsoid
 
@@ -80,8 +80,9 @@ def test_a_car_from_the_cache_is_the_one_that_was_built(folder, name):
 
 def _fresh(vehicle):
     """As in a process that has drawn no car yet."""
-    body_parts.cache_clear()
-    return body_parts(vehicle)
+    body._kept.cache_clear()
+    (walls,) = arch_walls(vehicle)
+    return [*body_parts(vehicle), ("walls", walls)]
 
 
 def test_a_change_of_the_surfaces_does_not_reach_the_cache(folder):
