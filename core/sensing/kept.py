@@ -91,7 +91,7 @@ class LatestAnswers(Generic[_Asked, _Found]):
 
     def __init__(self, most: int) -> None:
         self._most = most
-        self._answers = OrderedDict[_Asked, _Found]()
+        self._answers = dict[_Asked, _Found]()
         self._lock = threading.Lock()
 
     def known(self, asked: _Asked) -> _Found | None:
@@ -104,10 +104,10 @@ class LatestAnswers(Generic[_Asked, _Found]):
         if answer is None:
             answer = find()
         with self._lock:
+            self._answers.pop(asked, None)
             self._answers[asked] = answer
-            self._answers.move_to_end(asked)
             if len(self._answers) > self._most:
-                self._answers.popitem(last=False)
+                del self._answers[next(iter(self._answers))]
         return answer
 
 
