@@ -92,12 +92,13 @@ class Standing:
 
         While `place` changes from frame to frame, all is drawn at once, as if nothing were kept.
         """
-        stage, visible = self._stage, self._visible()
+        stage = self._stage
         if place != self._place:
             self.forget()
             self._place = place
             stage.draw_all()
         else:
+            visible = self._visible()
             self._moving |= {prop for prop, time in visible.items() if self._changed.get(prop) != time}
             self._moving |= self._over & visible.keys()
             self._moving -= self._low

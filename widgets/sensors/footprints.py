@@ -57,6 +57,8 @@ class FootprintsLayer:
     def __init__(self, renderer: vtkRenderer, haze: vtkRenderer, waits: bool = False) -> None:
         """Start empty; one that `waits` finds no exact footprints: they are found elsewhere."""
         self._waits, self._lacking = waits, [False, False]
+        self._made: list[tuple[object, pv.PolyData | None, pv.PolyData | None]] = [(None, None, None)] * 2
+        """Meshes of fills and edges, and what they were made of: most pictures show the same footprints again."""
         self._fills = [hidden(renderer, rgba_actor(pv.PolyData(), "rgba")) for _ in range(2)]
         self._edges = [hidden(renderer, rgba_actor(pv.PolyData(), "rgba")) for _ in range(2)]
         self._hazy = hidden(haze, rgba_actor(pv.PolyData(), "rgba"))
@@ -84,20 +86,16 @@ class FootprintsLayer:
         """Show the footprints of the selected sensor, or those of all others; cameras with bands of these limits."""
         share = 1.0 if is_selected else _OTHERS if is_any_selected else _ALONE
         edge = _EDGES[is_selected or not is_any_selected]
-        fills, edges = [], []
-        for one in self._found(list(filter(has_footprint, sensors)), is_selected, limits, solid, quick):
-            is_plain = not is_selected and not isinstance(one.sensor, Camera)
-            for band, tint in zip(one.bands, tints(one.sensor, palette, len(one.bands)), strict=True):
-                opacity = _PLAIN if is_plain else tint.opacity
-                fills += [(patch, tint.colour, share * opacity) for patch in band.patches]
-                if not is_plain:  # the edges of a dozen overlapping sensors say nothing
-                    edges += [(patch, tint.colour, edge) for patch in band.patches]
-        filled = _mesh(fills, _FILL_M, _faces)
+        found = tuple(self._found(list(filter(has_footprint, sensors)), is_selected, limits, solid, quick))
+        look = found, share, edge, palette
+        if self._made[is_selected][0] != look:
+            self._made[is_selected] = look, *_meshes(found, is_selected, share, edge, palette)
+        _, filled, edges = self._made[is_selected]
         if not is_selected:
             self.haze = filled if quick else None
             show_mesh(self._hazy, self.haze)
         show_mesh(self._fills[is_selected], None if quick and not is_selected else filled)
-        show_mesh(self._edges[is_selected], _mesh(edges, _EDGE_M, _outline))
+        show_mesh(self._edges[is_selected], edges)
 
     @property
     def lacks_any(self) -> bool:
@@ -133,6 +131,21 @@ def quick_footprint(sensor: Sensor, limits: tuple[float, ...]) -> Footprint:
 
 
 _Part = tuple[Points, str, float]
+
+
+def _meshes(
+    found: Sequence[Footprint], is_selected: bool, share: float, edge: float, palette: Palette
+) -> tuple[pv.PolyData | None, pv.PolyData | None]:
+    """Return the fills and the edges of footprints."""
+    fills, edges = list[_Part](), list[_Part]()
+    for one in found:
+        is_plain = not is_selected and not isinstance(one.sensor, Camera)
+        for band, tint in zip(one.bands, tints(one.sensor, palette, len(one.bands)), strict=True):
+            opacity = _PLAIN if is_plain else tint.opacity
+            fills += [(patch, tint.colour, share * opacity) for patch in band.patches]
+            if not is_plain:  # the edges of a dozen overlapping sensors say nothing
+                edges += [(patch, tint.colour, edge) for patch in band.patches]
+    return _mesh(fills, _FILL_M, _faces), _mesh(edges, _EDGE_M, _outline)
 
 
 def _mesh(

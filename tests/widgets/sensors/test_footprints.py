@@ -10,7 +10,7 @@ from riglens.core.sensors.ultrasonic import Ultrasonic
 from riglens.core.vehicle.housings import with_housings
 from riglens.core.vehicle.solid import solid_of
 from riglens.widgets.sensors.footprints import FootprintsLayer, tints
-from riglens.widgets.theme import DARK
+from riglens.widgets.theme import DARK, palette
 
 CAMERA = Camera(name="c", position=(0.0, 0.0, 1.5), image=(1600, 900), hfov_deg=70.0)
 BENT = Camera(
@@ -108,3 +108,20 @@ def test_a_layer_finds_few_coarse_footprints_at_a_time(waiting, monkeypatch):
         waiting.show(several, False, False, DARK, EN_62676_4, None, False)
         bands.append(drawn(waiting, False).n_cells)
     assert [count // (bands[0] // 2) for count in bands] == [2, 4, 5, 5] and waiting.lacks_any
+
+
+def test_meshes_are_made_again_where_their_footprints_or_their_look_differ(layer):
+    def fills(sensor, is_any=True, look=DARK, quick=False):
+        layer.show([sensor], False, is_any, look, EN_62676_4, None, quick)
+        return layer._fills[False].mapper.GetInput() if not quick else layer._hazy.mapper.GetInput()
+
+    first = fills(CAMERA)
+    assert fills(CAMERA) is first and fills(CAMERA.replace(name="same"), quick=True) is first
+    assert layer._hazy.visibility and not layer._fills[False].visibility
+    assert fills(CAMERA) is first and layer._fills[False].visibility and not layer._hazy.visibility
+    for other in (fills(CAMERA, is_any=False), fills(CAMERA, look=palette(False)), fills(SOUND)):
+        assert other is not first
+    again = fills(CAMERA)
+    assert again is not first
+    one, other = pv.wrap(first), pv.wrap(again)
+    assert np.array_equal(one.points, other.points) and np.array_equal(one["rgba"], other["rgba"])
