@@ -110,6 +110,15 @@ def test_scores_are_a_mapping_of_the_figures_of_the_json(scene: rl.Scene) -> Non
     assert result.covered_voxels.items() >= document["rigs"][0]["covered_voxels"].items()
 
 
+def test_a_scene_says_what_it_is_made_of(scene: rl.Scene) -> None:
+    assert repr(scene) == "<Scene of boxes.csv: 3 frames, 40 × 40 × 8 voxels of 0.5 m>"
+
+
+def test_a_tolerance_has_a_noise_floor_for_every_figure(scene: rl.Scene) -> None:
+    found = rl.tolerance(rl.open_rig("Center"), scene, draws=1)
+    assert found.floor.keys() == found.spreads.keys() and found.floor == found.tolerances.floor
+
+
 def test_an_engine_gives_the_scores_of_single_evaluations(scene: rl.Scene) -> None:
     rig = rl.open_rig("N+P")
     one_lidar = rig.replace(sensors=rig.enabled_lidars()[:1])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from riglens.core.geometry import Pose
-from riglens.core.kernels.body.solid import ends_by_tree
+from riglens.core.kernels.body.solid import EDGE, ends_by_tree
 from riglens.core.kernels.runtime.jit import use_threads
 from riglens.core.rig.library import default_library
 from riglens.core.rig.model import BrownConrady, Camera, Lidar, LinearAngles, Sensor
@@ -171,3 +171,49 @@ def test_any_number_of_workers_finds_the_same_shadow() -> None:
             for workers in (2, 3):
                 for mine, its in zip(barrier_shadow(sensor, barrier, empty_box, workers), alone, strict=True):
                     np.testing.assert_array_equal(mine, its)
+
+
+SMALL: dict[str, dict[str, object]] = {
+    "lidar": {"elevations_deg": (-20.0, -3.0, 4.0), "azimuths_deg": {"from": -180.0, "to": 180.0, "count": 90}},
+    "camera": {"hfov_deg": 80.0, "cast": (40, 30)},
+    "bent": {
+        "image": (800, 600), "cast": (40, 30), "fx": 500.0, "fy": 500.0, "cx": 400.0, "cy": 300.0,
+        "distortion": BrownConrady(k1=-0.1),
+    },
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("beyond", [0.9, 1.1, 1e5])
+@pytest.mark.parametrize("which", SMALL)
+def test_a_triangle_ends_as_far_beyond_its_edges_as_for_single_rays(which: str, beyond: float) -> None:
+    """A ray meets the plane of a triangle beside an edge or a corner, by so many times what still counts."""
+    rng, away, model = np.random.default_rng(11), beyond * EDGE, Lidar if which == "lidar" else Camera
+    for _ in range(12):
+        where = {"name": "a", "position": (0.1, -0.2, 1.3), "rpy_deg": tuple(rng.uniform(-180.0, 180.0, 3))}
+        sensor: Sensor = model.model_validate(where | SMALL[which])
+        directions = sensor_rays(sensor).directions
+        beside = [(-away, 0.3), (0.3, -away), (0.4, 0.6 + away), (-away, -away), (1.0 + 2.0 * away, -away)]
+        for u, v in beside:
+            ray, (one, two) = rng.integers(len(directions)), rng.uniform(-0.5, 0.5, (2, 3))
+            corner = np.array(sensor.position) + rng.uniform(1.0, 3.0) * directions[ray] - u * one - v * two
+            barrier = barrier_of(sensor, Solid.of(np.array([[corner, corner + one, corner + two]])))
+            ends = by_tree(sensor, barrier)
+            assert np.isfinite(ends[ray]) == (beyond < 1.0)
+            np.testing.assert_array_equal(barrier_ends(sensor, barrier), ends)
+            shadow = barrier_shadow(sensor, barrier, np.array([-9.0, -9.0, -9.0, 9.0, 9.0, 9.0]))
+            np.testing.assert_array_equal(shadow.is_stopped, np.isfinite(ends))
+
+
+def test_a_bent_lens_in_the_planes_of_faces_ends_at_a_box_where_single_rays_do() -> None:
+    """Triangles that are seen edge on have no sides, also in an empty box."""
+    solid, bent = Solid.of(box((-1.0, -1.0, 0.0), (1.0, 1.0, 1.0))), SMALL["bent"] | {"cast": (41, 31)}
+    for x in (-2.0, -1.0, 0.0):
+        for z in (0.0, 0.5, 1.0, 1.5):
+            for yaw_deg in (0.0, 45.0):
+                where = {"name": "a", "position": (x, -1.0, z), "rpy_deg": (0.0, 0.0, yaw_deg)}
+                sensor = Camera.model_validate(where | bent)
+                barrier = barrier_of(sensor, solid)
+                ends = by_tree(sensor, barrier)
+                np.testing.assert_array_equal(barrier_ends(sensor, barrier), ends)
+                shadow = barrier_shadow(sensor, barrier, np.array([-9.0, -9.0, -9.0, 9.0, 9.0, 9.0]))
+                np.testing.assert_array_equal(shadow.is_stopped, np.isfinite(ends))

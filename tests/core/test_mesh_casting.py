@@ -214,3 +214,14 @@ def test_an_edge_of_the_mesh_that_passes_close_to_the_vertical() -> None:
     turn = 123.82941505469843
     pose = {"position": (-9.1683, -0.55, 0.95), "rpy_deg": (-turn, turn, 0.0)}
     assert not differs(field, front.replace(**pose))
+
+
+def test_voxels_above_level_64_are_seen_where_nothing_is_below_them() -> None:
+    grid = grid_of(24, 20, 80, 0.25)
+    high = np.zeros(grid.shape, np.bool_)
+    high[:, :, 64:] = True
+    field, camera = (
+        field_of(grid, high),
+        models()[0].replace(position=(0.1, 0.2, 14.3), rpy_deg=(1.0, -40.0, 8.0)),
+    )
+    assert seen_ray_by_ray(field, camera).any() and not differs(field, camera)

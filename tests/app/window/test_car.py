@@ -66,6 +66,16 @@ def test_a_model_dropped_on_the_car_is_added_there_and_selected(bench):
     assert names(bench) == ["roof", "front"]
 
 
+def test_the_body_is_switched_in_the_rig_and_a_mode_for_all_rigs_ends(bench):
+    switch = bench.workbench.actions["solid_car"]
+    for is_solid in (False, True):
+        bench.act("solid_car")
+        assert bench.document.rig.self_occlusion == switch.isChecked() == is_solid
+    bench.session.set_body("ignored")
+    bench.act("solid_car")
+    assert bench.session.body_wanted == "blocks" and bench.document.rig.self_occlusion and switch.isChecked()
+
+
 def test_another_body_brings_its_own_size_but_keeps_what_was_measured(bench):
     bench.document.select(None)
     bench.type("width", "1.8")

@@ -136,6 +136,9 @@ def test_a_stored_pog_is_shown_with_its_name_and_its_grid(stored: Bench) -> None
     assert name.text() == "stored.npz"
     assert voxel_box(stored).currentText() == "0.5"
     assert stored.panels.scene.choice.roi_m == (20.0, 20.0, 4.0)
+    assert "stored.npz" in name.toolTip()
+    stored.panels.scene.show_subject(stored.panels.scene.choice.replace(pog=None))
+    assert name.text() == "Bundled town" and "bundled simulated town" in name.toolTip()
 
 
 def test_what_a_stored_pog_fixes_is_refused_and_nothing_is_loaded(stored: Bench) -> None:

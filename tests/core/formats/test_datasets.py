@@ -144,6 +144,16 @@ def test_lgsvl_beams_lie_about_the_centre_angle_below_the_horizon() -> None:
     assert isinstance(listed_one, Lidar) and listed_one.elevations_deg == (-25.0, -15.639, 2.0)
 
 
+def test_lgsvl_lidars_of_a_type_are_those_of_velodyne() -> None:
+    def of_type(said: str) -> Any:
+        return lambda document: document[1]["params"].update(VelodyneLidarType=said)
+
+    known = read_files(changed(SMALL["lgsvl"], of_type("VLP_16")))
+    assert has(known.report, "read", "the library model velodyne-vlp-16", "(Lidar)")
+    unknown = read_files(changed(SMALL["lgsvl"], of_type("X_9")))
+    assert has(unknown.report, "approximated", "unknown to the library (Velodyne X_9)", "(Lidar)")
+
+
 def test_orb_slam_cameras_stand_as_its_matrices_say() -> None:
     found = sensors(SMALL["orb-slam3"])
     first, second = (optical(sensor_matrix(found[name])) for name in ("camera1", "camera2"))

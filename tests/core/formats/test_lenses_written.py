@@ -10,9 +10,10 @@ import xml.etree.ElementTree as ElementTree
 import numpy as np
 import pytest
 
-from riglens.core.formats.lens_export import extent, most_off_deg
+from riglens.core.formats.lens_export import _farthest, extent, most_off_deg
 from riglens.core.rig.model import BrownConrady, Camera, KannalaBrandt, LinearAngles, Rig
 from riglens.core.sensors.camera import pixel_directions
+from riglens.core.sensors.lens import radial_of
 from tests.core.formats.cases import camera, lidar, read_files, report_on, rig_of, written
 from tests.core.formats.test_reports import has
 from tests.core.formats.test_round_trips import again
@@ -162,6 +163,15 @@ def test_a_rational_lens_that_ends_at_a_pole_is_written_without_a_warning() -> N
     """At 30 degrees off the axis the image is infinitely far out, which divides by zero."""
     own = camera("c", LEVEL, **{**BENT, "distortion": BrownConrady(k1=5.0, k4=-3.0, p1=0.1)})
     assert has(report_on("driveworks", rig_of(own)), "ignored", "no p1 k4", "c")
+
+
+def test_a_lens_is_fitted_up_to_the_corner_or_nearly_to_where_it_ends_before() -> None:
+    radial = radial_of(BrownConrady(k1=-0.5))  # grows up to r = sqrt(2 / 3), which is at 0.544 of the plane
+    for focal_px, farthest in ((2000.0, None), (500.0, 0.999 * math.sqrt(2.0 / 3.0))):
+        found = _farthest(camera("c", LEVEL, **BENT | {"fx": focal_px, "fy": focal_px}), radial)
+        r = np.array([found])
+        assert found == pytest.approx(farthest or r[0])
+        assert farthest or radial.value(r) == pytest.approx(500.0 / focal_px)
 
 
 def test_the_error_of_a_lens_is_the_largest_angle_between_rays_of_one_pixel() -> None:

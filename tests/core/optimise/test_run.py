@@ -311,6 +311,13 @@ def test_gains_on_the_skin_are_those_of_the_engine_for_any_rig(traffic: Traffic)
     assert colours.max() == skin.gains(RIG).max()
 
 
+@pytest.mark.parametrize("is_mirrored", [True, False])
+def test_gains_on_the_skin_stand_on_both_sides_for_pairs_alone(traffic: Traffic, is_mirrored: bool) -> None:
+    skin = skin_gains(Problem(RIG, traffic, replace(ADDED, mirrored=is_mirrored, spots_m=1.5), frames=8), 1)
+    spots = {one.spot for one in skin.candidates}
+    assert len(skin.points_m) == len(skin.normals) == (2 if is_mirrored else 1) * len(spots)
+
+
 def test_progress_brackets_the_result(traffic: Traffic) -> None:
     seen: list[Progress] = []
     found = optimise(Problem(RIG, traffic, ADDED, frames=8, held_out=10), 1, seen.append)

@@ -297,7 +297,12 @@ def test_a_sector_has_the_figure_of_its_objects_and_one_without_them_is_not_appl
 
 @pytest.mark.parametrize(
     ("where", "told"),
-    [("sector: ahead", "'front-left'"), ("ring_m: [0, 10], sector: front", "either ring_m or sector")],
+    [
+        ("sector: ahead", "'front-left'"),
+        ("ring_m: [0, 10], sector: front", "either ring_m or sector"),
+        ("ring_m: [20, 20]", "from < to"),
+        ("ring_m: [15, 20]", "whole tens"),
+    ],
 )
 def test_where_a_figure_of_objects_cannot_be_is_told(where: str, told: str) -> None:
     with pytest.raises(InputError, match=told):

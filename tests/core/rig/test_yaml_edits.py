@@ -89,6 +89,10 @@ def test_one_number_changes_only_its_own_characters() -> None:
     assert saved(RIG.replace(vehicle=RIG.vehicle.replace(length=5.0))) == FILE.replace("5.30 ", "5.0 ")
 
 
+def test_the_last_field_in_braces_goes_alone() -> None:
+    assert saved(with_sensor("cam", cast=None)) == FILE.replace(", cast: [352, 128]", "")
+
+
 def test_the_sign_of_zero_is_a_change() -> None:
     rig = with_sensor("cam", position=(0.5, -0.0, 1.8))
     assert saved(rig) == FILE.replace("[0.5, 0, 1.8]", "[0.5, -0.0, 1.8]")

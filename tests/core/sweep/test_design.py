@@ -110,3 +110,13 @@ def test_a_value_that_fits_in_no_rig_is_found_before_the_work(monkeypatch):
     monkeypatch.setattr(design, "CHECKED", 2)
     with pytest.raises(InputError, match=r"'top.range_m.1' cannot be"):
         Sweep.of([RIG], grid([Span("top.range_m.1", 0.1, 100.0, 50)]))
+
+
+@pytest.mark.parametrize(("field", "value"), [("top.range_m.1", 0.1), ("top.range_m.0", 200.0)])
+def test_the_least_and_the_greatest_value_are_tried_before_the_work_wherever_they_are(
+    monkeypatch, field, value
+):
+    monkeypatch.setattr(design, "CHECKED", 1)  # of others, the first row alone
+    values = np.array([[50.0], [60.0], [value], [70.0]])
+    with pytest.raises(InputError, match=rf"'{field}' cannot be"):
+        Sweep.of([RIG], design.Design("table", (field,), values))

@@ -99,6 +99,19 @@ def test_pictures_of_what_stands_beside_the_camera(hfov_deg):
     assert check(traffic(boxes, 10), rig, settings).objects.pixels.sum() > 0
 
 
+@pytest.mark.parametrize("off", [-1e-12, 0.0, 1e-12])
+def test_boxes_with_edges_along_rays_of_a_picture(off):
+    """Rays that miss or enter a box by less than the outline can tell are tried one by one."""
+    place = {"position": (0.0, 0.0, 1.0), "fx": 32.0, "fy": 32.0, "cx": 32.0, "cy": 24.0}
+    rig = Rig(sensors=(Camera(name="camera", **place, image=(64, 48), cast=(64, 48)),))
+    boxes = []
+    for number, (ahead, column) in enumerate([(4.0, 3), (8.0, 12), (6.0, 20)]):
+        wide = 2.0 * ahead * (column + 0.5) / 32.0 * (1.0 + off)
+        boxes.append((number, 0, (ahead + 1.0, 0.0, 1.0), (2.0, wide, 0.9), 0.0))
+    settings = TargetSettings(shape="box", range_law=False)
+    assert check(traffic(boxes, 3), rig, settings).objects.pixels.all()
+
+
 def test_a_frame_of_thousands_of_boxes():
     """More than are compared with each other: one begins near and reaches far, so that no distance settles anything."""
     rng, wall = np.random.default_rng(9), (0, 0, (0.0, -4.0, 1.0), (300.0, 0.5, 2.0), 0.0)

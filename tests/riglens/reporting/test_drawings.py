@@ -1,11 +1,14 @@
 """Drawings of a report's page: the car in three dimensions, and maps that a dark page recolours."""
 
 import re
+from types import SimpleNamespace
 
 import numpy as np
+import pytest
 
 from riglens.core.rig.presets import preset
 from riglens.reporting.drawings import view_data
+from riglens.reporting.plans import _middle_of
 from riglens.reporting.svg import DARK, DEGREES, PAPER, Drawing
 from riglens.widgets.theme import rgb
 
@@ -39,3 +42,14 @@ def test_degrees_move_away_from_the_paper_on_light_and_dark_pages_alike() -> Non
     for colours, paper in ((DEGREES, PAPER), ([DARK[one] for one in DEGREES], DARK[PAPER])):
         away = [abs(light(one) - light(paper)) for one in colours]
         assert away == sorted(away) and away[0] > 0.08
+
+
+def test_the_number_of_a_footprint_is_at_its_middle_or_nearer_in_the_same_direction() -> None:
+    square_m = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+
+    def at(x_m: float, y_m: float) -> tuple[float, float]:
+        band = SimpleNamespace(patches=[np.add(square_m, (x_m, y_m)), 0.5 * square_m])
+        return _middle_of(SimpleNamespace(bands=[band]), (50.0, 40.0), 2.0, 100.0)  # type: ignore[arg-type]
+
+    assert at(30.0, -40.0) == pytest.approx((50.0 + 80.0, 40.0 - 60.0))
+    assert at(60.0, -80.0) == pytest.approx((50.0 + 0.8 * 124.0, 40.0 - 0.6 * 124.0))

@@ -117,3 +117,16 @@ def test_numbers_and_words_stay_on_the_plate(scene: DrawnScene, scale: Scale, si
         number.GetSize(stage._plotter.renderer, width)
         middle = number.GetPosition()[0]
         assert box.left < middle - width[0] / 2 and middle + width[0] / 2 < box.left + box.width
+
+
+def test_numbers_between_the_ends_stand_at_their_marks(scene: DrawnScene) -> None:
+    render_window(scene._stage._plotter).SetSize(1600, 1000)
+    scene.show(replace(scene.state, heatmap=replace(heat("ramp"), vmax=40.0)))
+    scene.prepare()
+    legend = scene._words._legend
+    marks_px = np.asarray(legend._marks_mesh.points)[8::2, 0]  # after the four sides of the frame
+    inner = slice(1, len(legend._ticks) - 1)
+    assert len(marks_px) == len(legend._ticks) > 2
+    assert [number.GetPosition()[0] for number in legend._numbers[inner]] == pytest.approx(
+        marks_px[inner].tolist(), abs=1.0
+    )

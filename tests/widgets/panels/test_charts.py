@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import replace
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
@@ -366,6 +366,19 @@ def test_bars_begin_at_zero_and_share_a_scale(values: tuple[float | None, ...], 
 
 
 # ---------------------------------------------------------------------- charts of proposed rigs
+def test_lines_of_plots_have_smooth_edges(qtbot: QtBot) -> None:
+    plots = Plots()
+    qtbot.addWidget(plots)
+    plots.resize(520, 170)
+    ends = (Dot(0.0, 10.0, "first"), Dot(4.0, 30.0, "second"))
+    plots.show_plots([Plot("Search", "rigs", (Line(((0.0, 10.0), (4.0, 30.0)), "less"),), ends)])
+    image, middle = plots.grab().toImage(), (plots.place_of(0, 0) + plots.place_of(0, 1)) / 2.0
+    place = (range(-12, 13), range(-12, 13))
+    pixels = {image.pixelColor(int(middle.x()) + x, int(middle.y()) + y).name() for x, y in product(*place)}
+    assert colour(tones().less) in pixels
+    assert len(pixels - {colour(getattr(tones(), tone)) for tone in ("less", "field", "border")}) > 3
+
+
 def test_plots_draw_dots_lines_and_round_values_where_their_axes_have_them(qtbot: QtBot) -> None:
     plots = Plots()
     qtbot.addWidget(plots)

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from riglens.core.figures.figure import ALL, Estimate, Figure
-from riglens.core.figures.hits import MISSED, ON_TARGET
+from riglens.core.figures.hits import MISSED, ON_TARGET, POINTS
 from riglens.core.figures.predicted import PREDICTED
 from riglens.core.figures.registry import figures, leading_figures
 from riglens.core.figures.text import change_estimate_text, estimate_text, parts_text
@@ -105,6 +105,26 @@ def test_compared_rigs_are_better_or_worse_only_where_a_change_tells_them_apart(
     model.set_shown("first")
     place = FIRST_FIGURE + [column.figure for column in model.columns].index(figure)
     assert model.cell(1, place).tone == tone
+
+
+def test_bars_are_of_the_whole_for_shares_and_of_the_largest_value_for_other_figures() -> None:
+    rows = [
+        CompareRow(
+            str(share),
+            "rig",
+            "file",
+            preset("W+T"),
+            counted={ON_TARGET.key: {"car": Estimate(share)}, POINTS.key: {"car": Estimate(points)}},
+        )
+        for share, points in ((0.2, 30.0), (0.4, 120.0))
+    ]
+    model = CompareModel()
+    model.set_rows(rows)
+    model.set_class("car")
+    places = [
+        FIRST_FIGURE + [column.figure for column in model.columns].index(one) for one in (ON_TARGET, POINTS)
+    ]
+    assert [[model.cell(row, place).bar for row in range(2)] for place in places] == [[0.2, 0.4], [0.25, 1.0]]
 
 
 def test_one_class_has_all_its_scores_and_all_classes_the_main_ones() -> None:

@@ -50,3 +50,7 @@ def test_a_fisheye_without_rays_in_its_corners_has_surfaces_without_holes_in_the
         distortion=KannalaBrandt(k1=0.0, k2=0.0, k3=0.0, k4=0.0),
     )  # fmt: skip
     assert np.isfinite(filled(eye).points).all() and filled(eye).n_cells > 0
+
+
+def test_a_surface_has_the_colour_and_the_opacity_that_were_asked_for():
+    assert np.unique(filled(FRONT)["rgba"], axis=0).tolist() == [[255, 0, 0, 51]]

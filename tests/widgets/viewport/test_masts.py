@@ -14,7 +14,7 @@ from riglens.core.rig.presets import preset
 from riglens.core.vehicle.standing import mount_statuses
 from riglens.widgets.drawing.camera import OrbitCamera
 from riglens.widgets.viewport.drawn_scene import DrawnScene
-from riglens.widgets.viewport.mast_layer import _meet, _placed
+from riglens.widgets.viewport.mast_layer import _meet, _placed, _rooms
 from riglens.widgets.viewport.masts import Mast, masts_of
 from riglens.widgets.viewport.scene_state import SceneState
 
@@ -93,3 +93,10 @@ def test_the_line_begins_at_the_sensor_while_it_is_dragged(is_buried: bool) -> N
     ends = np.asarray(actors[0].mapper.GetInput().points)[:2]
     assert np.allclose(ends, [(0.3, 0.0, 2.0), (0.0, 0.0, 1.45)])
     assert all(actor.visibility for actor in actors) and not any(actor.visibility for actor in others)
+
+
+def test_a_label_fits_up_to_the_very_edges_of_the_view() -> None:
+    places = np.array([[300.0, 200.0, 1.0]])
+    rightmost, leftmost = _rooms("0.75 m", places, (640, 400), 12.0)
+    assert list(_rooms("0.75 m", places, (rightmost[2], 400), 12.0)) == [rightmost, leftmost]  # type: ignore[arg-type]
+    assert list(_rooms("0.75 m", places, (rightmost[2] - 1e-9, 400), 12.0)) == [leftmost]  # type: ignore[arg-type]

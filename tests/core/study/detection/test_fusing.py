@@ -6,7 +6,15 @@ import numpy as np
 import pytest
 
 from riglens.core.detect.precision import Detections, Truth
-from riglens.core.study.detection.fusing import MEETING_M, MEETING_SHARE, Reliability, fused, reliable
+from riglens.core.study.detection.fusing import (
+    _RIDGE,
+    MEETING_M,
+    MEETING_SHARE,
+    Reliability,
+    _logistic,
+    fused,
+    reliable,
+)
 
 
 def at(*rows: tuple[int, int, float, float, float]) -> Detections:
@@ -57,3 +65,13 @@ def test_scores_become_chances_learned_on_the_other_half() -> None:
     by_other = Reliability.of([judged], ~half)
     first = half[found.frame]
     assert (found.score[first] == by_other.chances(judged[1])[first]).all()
+
+
+def test_the_weights_of_chances_are_the_best_ones() -> None:
+    """Where no change of a weight makes what happened more likely, a slight pull towards 0 included."""
+    rng = np.random.default_rng(4)
+    known = np.column_stack([np.ones(300), rng.normal(1.0, 1.0, 300), rng.uniform(0.0, 5.0, 300)])
+    right = rng.random(300) < 1.0 / (1.0 + np.exp(-known @ [0.5, 2.0, -0.3]))
+    weights = _logistic(known, right)
+    slope = known.T @ (right - 1.0 / (1.0 + np.exp(-known @ weights))) - _RIDGE * weights
+    np.testing.assert_allclose(slope, 0.0, atol=1e-9)
