@@ -22,6 +22,8 @@ Doubles = NDArray[np.float64]
 Ids = NDArray[np.int64]
 CUTS, MOST_GAINS = 24, 100_000
 _AT_ONCE, _STEPS = 16, 256
+_LAST = 64
+"""Gains of last candidates at once, more than one thread finds alone."""
 _SLACK = 1e-9
 """Rounding of sums of doubles, relative; the bound is raised by it."""
 
@@ -259,8 +261,8 @@ class _Branches:
         order = np.lexsort((ids, -stale))
         ids, stale = ids[order], stale[order]
         if room == 1:
-            for place in range(0, len(ids), _AT_ONCE):
-                some = ids[place : place + _AT_ONCE][value + stale[place : place + _AT_ONCE] > self._value]
+            for place in range(0, len(ids), _LAST):
+                some = ids[place : place + _LAST][value + stale[place : place + _LAST] > self._value]
                 if self.left < 0 or not len(some):
                     return
                 gains = self.gains(chosen, some)
