@@ -96,11 +96,12 @@ class LatestAnswers(Generic[_Asked, _Found]):
 
     def known(self, asked: _Asked) -> _Found | None:
         """Return an answer that is kept."""
-        return self._answers.get(asked)
+        with self._lock:  # `found` takes it out for a moment
+            return self._answers.get(asked)
 
     def found(self, asked: _Asked, find: Callable[[], _Found]) -> _Found:
         """Return the answer that is kept, or find it; it is the latest one."""
-        answer = self._answers.get(asked)
+        answer = self.known(asked)
         if answer is None:
             answer = find()
         with self._lock:
