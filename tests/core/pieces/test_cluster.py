@@ -74,8 +74,8 @@ def listener(says: bytes, waits_for: bytes = b"") -> Iterator[str]:
             connection, _ = server.accept()
             with connection:
                 heard = b""
-                while waits_for not in heard:
-                    heard += connection.recv(1 << 10)
+                while waits_for not in heard and (more := connection.recv(1 << 10)):
+                    heard += more
                 connection.sendall(says)
 
         thread = threading.Thread(target=serve)
