@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -29,11 +30,19 @@ def desk(qtbot: QtBot) -> Desk:
 
 
 @pytest.fixture
-def footprints(desk: Desk) -> Iterator[Footprints]:
+def waiting(desk: Desk) -> Iterator[Footprints]:
     Follow(desk.workbench).show_all()
     made = Footprints(desk.workbench, BackgroundWorker("footprints", find_footprints, close_s=TIMEOUT_S))
     yield made
     made.worker.close()
+
+
+@pytest.fixture
+def footprints(waiting: Footprints) -> Footprints:
+    waiting.begin()
+    settle(waiting)
+    waiting.viewport.footprint_updates = 0
+    return waiting
 
 
 def settle(footprints: Footprints) -> None:
@@ -89,6 +98,29 @@ def test_footprints_that_are_not_drawn_are_not_found(desk: Desk, footprints: Foo
     assert known(desk) is None
     show(desk, hidden=frozenset())
     settle(footprints)
+    assert known(desk) is not None
+
+
+@pytest.mark.parametrize("end", ["counted", "not countable", "no scene", "edit"])
+def test_at_the_start_they_wait_for_the_first_figures(desk: Desk, waiting: Footprints, end: str) -> None:
+    limits = (61.0 + len(end), 31.0)
+    show(desk, ray_look=replace(desk.viewport.state.ray_look, px_per_m=limits))
+    settle(waiting)
+    assert known(desk) is None
+    if end == "counted":
+        for is_whole in (False, True):
+            settle(waiting)
+            assert known(desk) is None
+            desk.counter.answered.emit(None, SimpleNamespace(is_whole=is_whole))
+            QCoreApplication.processEvents()
+    elif end == "not countable":
+        desk.counter.failed.emit("no boxes")
+    elif end == "no scene":
+        desk.recompute.load_ended.emit("cannot be read", None)
+    else:
+        place(desk, 0.16)
+    QCoreApplication.processEvents()
+    settle(waiting)
     assert known(desk) is not None
 
 
