@@ -26,19 +26,17 @@ class Footprints(Feature):
         bench.counter.answered.connect(self._take_count, queued)
         bench.counter.failed.connect(self.begin, queued)
         bench.recompute.load_ended.connect(self._end_load, queued)
-        self.document.rig_changed.connect(self.begin)
         self.serve(self.worker, self._take)
-        self.document.rig_settled.connect(self._ask)
+        self.document.rig_settled.connect(self.begin)
         self.viewport.footprints_lacking.connect(self._ask)
 
     def begin(self) -> None:
-        """Wait no longer."""
-        if self._waits:
-            self._waits = False
-            self._ask()
+        """Request what is shown, now and from now on."""
+        self._waits = False
+        self._ask()
 
     def _take_count(self, _: object, answer: CountAnswer) -> None:
-        if answer.is_whole:
+        if self._waits and answer.is_whole:
             self.begin()
 
     def _end_load(self, problem: str, _: object) -> None:
