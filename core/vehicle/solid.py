@@ -37,9 +37,8 @@ def solid_of(vehicle: Vehicle, stance: Pose = Pose()) -> Solid:
         raise InputError(f"vehicle.body: the mesh '{vehicle.body}' has not been read")
     with _FINDING:
         making = _making(vehicle)
-    with (
-        making
-    ):  # threads that open a car ask for the same solid at once; that of another car is not waited for
+    # threads that open a car ask for the same solid at once; that of another car is not waited for
+    with making:
         solid = _solid(vehicle)
     return solid if stance == Pose() else _standing(solid, stance)
 
@@ -173,9 +172,8 @@ def _making(vehicle: Vehicle) -> threading.Lock:
     return threading.Lock()
 
 
-@lru_cache(
-    maxsize=3
-)  # 13 MB each: of a car that is edited, the one before, which the view still shows, the saved one
+# 13 MB each: of a car that is edited, the one before, which the view still shows, the saved one
+@lru_cache(maxsize=3)
 def _solid(vehicle: Vehicle) -> Solid:
     """Return the same object for the same body, so that structures built from it are reused."""
     if vehicle.body_mesh is not None:
