@@ -426,6 +426,7 @@ def open_bench(
     window.show()
     window.activateWindow()  # shortcuts belong to the active window
     qtbot.waitUntil(window.isActiveWindow, timeout=TIMEOUT_MS)
+    window.features.footprints.begin()  # as once figures are there: its thread belongs to the window, not to a test
     bench = Bench(window.bench, view, dialogs, qtbot, window, scenes, options, clock)
     try:
         if wait and data:

@@ -235,6 +235,7 @@ def full_desk(qtbot: QtBot, rig: Rig = RIG, kept: Settings | None = None) -> Ite
     for feature in features:
         feature.restore(desk.workbench.kept)
     features.follow.show_all()
+    features.footprints.begin()  # as once figures are there: its thread belongs to the desk, not to a test
     desk.workbench.answers.ask()
     yield FullDesk(desk.workbench, desk.viewport, desk.dialogs, qtbot, desk.recompute, desk.counter, features)
     desk.workbench.closing.emit()

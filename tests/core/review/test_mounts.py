@@ -226,13 +226,14 @@ def test_what_stood_before_is_not_looked_for_again_and_says_the_same(monkeypatch
 
 
 def test_cars_of_before_are_not_held() -> None:
+    """But for the last three: of a car that is edited, the one that the view still shows, and the saved one."""
     cars = []
     for length_m in (4.1, 4.2, 4.3, 4.4, 4.5):
         vehicle = SEDAN.replace(length=length_m)
         cars.append(weakref.ref(solid_of(vehicle)))
         violations(Rig(sensors=(camera(position=(0.0, 0.0, 1.6)),), vehicle=vehicle), MountLimits())
     gc.collect()
-    assert sum(car() is not None for car in cars) <= 2
+    assert sum(car() is not None for car in cars) <= 3
 
 
 @pytest.mark.parametrize(

@@ -136,12 +136,15 @@ def test_only_the_moved_sensor_is_cast_and_a_sample_goes_on_where_it_ended(world
     rig = rig_of(spinning((0.0, 0.0, 2.0)), spinning((0.0, 0.0, 3.0)))
     engine.evaluate(rig, frames=10)
     engine.evaluate(rig)
-    assert calls == [(2.0, 0, 10), (3.0, 0, 10), (2.0, 10, 40), (3.0, 10, 40)]
+    assert sorted(calls[:2]) == [(2.0, 0, 10), (3.0, 0, 10)] and sorted(calls[2:]) == [
+        (2.0, 10, 40),
+        (3.0, 10, 40),
+    ]
     calls.clear()
     engine.evaluate(rig.with_sensor("S1", rig.sensor("S1").replace(position=(0.0, 0.0, 4.0))))
     engine.evaluate(rig, TargetSettings(min_points=1))
     engine.evaluate(rig, TargetSettings(min_points=9))
-    assert calls == [(4.0, 0, 40), (3.0, 0, 40)]
+    assert sorted(calls) == [(3.0, 0, 40), (4.0, 0, 40)]
 
 
 def test_a_stale_request_is_cancelled_and_the_next_one_is_as_good_as_any(world, monkeypatch):
