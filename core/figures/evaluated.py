@@ -136,8 +136,8 @@ class Evaluator:
 
         frames: of the sampling order in which objects are counted, all by default; stance: of the car, for a rig whose
         poses are those of a car that stands otherwise than on level ground; settings: other ones than the evaluator's;
-        with_seen: keep the voxels that the sensors of each kind see; anew: find voxels from scratch, faster for a rig
-        of which all sensors have moved; what is held of those of the last one stays.
+        with_seen: keep the voxels that the sensors of each kind see; anew: evaluate voxels from scratch, which is
+        faster when every sensor has moved, and keep what is held of the previous rig.
         Raise Cancelled as soon as `cancel` returns True.
         """
         how = settings or self.settings

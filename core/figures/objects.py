@@ -115,8 +115,8 @@ class ObjectFigure(Figure):
         runs = self._runs(counted.groups, values) if has_runs else None
         found = {}
         for who in rows:
-            row, own = CLASSES_AND_ALL.index(who), float(errors[CLASSES_AND_ALL.index(who)])
-            cells = []
+            row = CLASSES_AND_ALL.index(who)
+            own, cells = float(errors[row]), []
             columns = (one[names.index(who)] for one in table)
             for place, (number, value, se) in enumerate(zip(*columns, strict=True)):
                 whole = math.hypot(se, own) if calibration is not None else se

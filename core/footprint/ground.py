@@ -37,6 +37,7 @@ MOST_BANDS, LEAST_LIMIT, MOST_LIMIT = 8, 0.1, 1e5
 _NEAR_M = 0.05
 _HALVINGS = 14
 STEP_DEG = 2.0
+"""Largest angle between the bearings along which bent outlines are followed."""
 _MOST_KEPT = MAX_SENSORS + 1
 """Those of a whole rig that were asked for last are all kept."""
 _ROOM_RAD = 1e-6

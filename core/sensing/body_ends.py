@@ -85,7 +85,8 @@ def obstacle_of(sensor: Sensor, solid: Solid) -> Obstacle:
 def known_obstacle(
     sensor: Sensor, solid: Solid, view_of: Callable[[Sensor], View | None] = _VIEWS.known
 ) -> Obstacle | None:
-    """Return what of a car stops the rays of a sensor, or None where that needs a table of rays that may take long."""
+    """Return what of a car stops the rays of a sensor; None if its view, which `view_of` returns, is needed and not yet
+    known. By default nothing is computed for it."""
     start_m = housing_radius_m(sensor)
     if not solid.housings:
         return Obstacle(solid.fingerprint, start_m, sensor.kind, solid)

@@ -187,7 +187,7 @@ SMALL["narrow"] = SMALL["bent"] | {"fx": 1e7, "fy": 1e7}  # between its rays the
 @pytest.mark.parametrize("beyond", [0.9, 1.1, 1e5])
 @pytest.mark.parametrize("which", SMALL)
 def test_a_triangle_ends_as_far_beyond_its_edges_as_for_single_rays(which: str, beyond: float) -> None:
-    """A ray meets the plane of a triangle beside an edge or a corner, by so many times what still counts."""
+    """Rays pass just outside an edge or a corner, at multiples of the margin within which they still hit."""
     rng, away, model = np.random.default_rng(11), beyond * EDGE, Lidar if which == "lidar" else Camera
     for _ in range(12):
         where = {"name": "a", "position": (0.1, -0.2, 1.3), "rpy_deg": tuple(rng.uniform(-180.0, 180.0, 3))}

@@ -1,4 +1,4 @@
-"""Whether any ray of a lens hits a voxel, for voxels on all sides of a camera: as each of its rays says."""
+"""Voxels on all sides of a camera are hit exactly when one of its rays, tested one by one, hits them."""
 
 from __future__ import annotations
 

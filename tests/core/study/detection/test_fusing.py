@@ -68,7 +68,7 @@ def test_scores_become_chances_learned_on_the_other_half() -> None:
 
 
 def test_the_weights_of_chances_are_the_best_ones() -> None:
-    """Where no change of a weight makes what happened more likely, a slight pull towards 0 included."""
+    """At the fitted weights, no small change increases the penalised likelihood."""
     rng = np.random.default_rng(4)
     known = np.column_stack([np.ones(300), rng.normal(1.0, 1.0, 300), rng.uniform(0.0, 5.0, 300)])
     right = rng.random(300) < 1.0 / (1.0 + np.exp(-known @ [0.5, 2.0, -0.3]))
